@@ -1,0 +1,245 @@
+//! Fragments: one pixel of one polygon, with depth, w and parameters.
+//!
+//! A span goes in. It is evaluated in blocks of [`LANES`] pixels: the values of
+//! (z, s_1 .. s_n, s_{n+1}) at a block's first pixel are computed in f64 and rounded to f32, and the
+//! other pixels differ from it by a multiple of the change per pixel, so error does not build up
+//! along the span. Then comes the one reciprocal a pixel, w = 1 / s_{n+1}, and r_i = s_i w (Heckbert
+//! and Moreton 1991, section 3.5); if all w are equal, there is nothing to divide.
+//!
+//! The first block begins at the polygon's first pixel in the row, whether that pixel is visible
+//! or not. So a fragment is a function of the polygon and the pixel alone, and a picture is the
+//! same to the bit however it is cut into tiles.
+
+use std::ops::Range;
+
+use crate::polygon::WRange;
+use crate::span::Span;
+
+/// The number of pixels in a block.
+pub const LANES: usize = 16;
+
+/// One value for each pixel of a block.
+pub(crate) type Lanes = [f32; LANES];
+
+/// How far 1/w may fall along a block for it to be evaluated in f32. The rounding error of s and
+/// 1/w is about 2^-23 of the larger end of the block; divided by the smaller one, and with both
+/// counted, that is 2^-22 times this factor: less than 1e-6 of the parameter.
+const MAX_FALL: f64 = 4.0;
+
+/// A pixel that a polygon covers.
+#[derive(Clone, Copy, Debug)]
+pub struct Fragment<'a, const N: usize> {
+    /// The column on the framebuffer.
+    pub x: i32,
+    /// The row on the framebuffer.
+    pub y: i32,
+    /// z/w after the viewport's depth range, between the depths of the polygon's vertices.
+    pub depth: f32,
+    /// The w of clip space, between those of the polygon's vertices.
+    pub w: f32,
+    /// The parameters r_1 .. r_N.
+    pub params: [f32; N],
+    span: &'a Span<'a, N>,
+}
+
+impl<const N: usize> Fragment<'_, N> {
+    /// The parameters' exact derivatives with respect to screen x (to the right) and screen y
+    /// (down), per pixel, from the planes of s and 1/w; no neighbouring pixel is involved.
+    pub fn derivatives(&self) -> ([f32; N], [f32; N]) {
+        self.span.derivatives(self.x - self.span.polygon.corner.0)
+    }
+}
+
+/// Iterator over the fragments of a span.
+#[derive(Clone, Debug)]
+pub struct Fragments<'a, const N: usize> {
+    blocks: Blocks<'a, N>,
+    block: Option<(Block<'a, N>, Lanes, Params<N>)>,
+}
+
+impl<'a, const N: usize> Fragments<'a, N> {
+    pub(crate) fn new(span: &'a Span<'a, N>) -> Self {
+        Self { blocks: span.blocks(), block: None }
+    }
+}
+
+impl<'a, const N: usize> Iterator for Fragments<'a, N> {
+    type Item = Fragment<'a, N>;
+
+    fn next(&mut self) -> Option<Fragment<'a, N>> {
+        loop {
+            if let Some((block, depth, params)) = &mut self.block
+                && let Some(lane) = block.lanes.next()
+            {
+                return Some(block.fragment(lane, depth[lane], params));
+            }
+            let block = self.blocks.next()?;
+            let (depth, params) = (block.depth(), block.params());
+            self.block = Some((block, depth, params));
+        }
+    }
+}
+
+/// Iterator over the blocks of a span that have a visible pixel.
+#[derive(Clone, Debug)]
+pub(crate) struct Blocks<'a, const N: usize> {
+    span: &'a Span<'a, N>,
+    /// The first column of the next block, relative to the viewport.
+    x: i32,
+}
+
+impl<'a, const N: usize> Blocks<'a, N> {
+    #[inline(always)]
+    pub(crate) fn new(span: &'a Span<'a, N>) -> Self {
+        let skipped = (span.x.start - span.first) / LANES as i32;
+        Self { span, x: span.first + skipped * LANES as i32 }
+    }
+}
+
+impl<'a, const N: usize> Iterator for Blocks<'a, N> {
+    type Item = Block<'a, N>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Block<'a, N>> {
+        let (span, x) = (self.span, self.x);
+        if x >= span.x.end {
+            return None;
+        }
+        self.x += LANES as i32;
+        let lane = |column: i32| (column - x).clamp(0, LANES as i32) as usize;
+        Some(Block { span, x, lanes: lane(span.x.start)..lane(span.x.end) })
+    }
+}
+
+/// [`LANES`] neighbouring pixels of a span, of which those in `lanes` are visible.
+#[derive(Clone, Debug)]
+pub(crate) struct Block<'a, const N: usize> {
+    span: &'a Span<'a, N>,
+    x: i32,
+    pub(crate) lanes: Range<usize>,
+}
+
+/// w and the parameters of the pixels of a block.
+#[derive(Clone, Debug)]
+pub(crate) struct Params<const N: usize> {
+    pub(crate) w: Lanes,
+    pub(crate) params: [Lanes; N],
+}
+
+impl<'a, const N: usize> Block<'a, N> {
+    /// The visible columns on the framebuffer.
+    #[inline(always)]
+    pub(crate) fn columns(&self) -> Range<i32> {
+        let x = self.span.polygon.corner.0 + self.x;
+        x + self.lanes.start as i32..x + self.lanes.end as i32
+    }
+
+    /// The depths.
+    #[inline(always)]
+    pub(crate) fn depth(&self) -> Lanes {
+        let (min, max) = self.span.polygon.z;
+        self.line(self.span.start.z, self.span.delta.z).map(|z| clamp(z, min, max))
+    }
+
+    /// 1/w as depth: what grows towards the eye.
+    #[inline(always)]
+    pub(crate) fn inverse_w(&self) -> Lanes {
+        match self.span.polygon.w {
+            WRange::Constant { inv_w, .. } => [inv_w; LANES],
+            WRange::Varying { min, max } => {
+                let per_unit = (1.0 / self.span.polygon.w_unit) as f32;
+                self.clamped_inverse_w(min, max).map(|v| v * per_unit)
+            }
+        }
+    }
+
+    /// w and the parameters: one reciprocal a pixel, or none if w is constant.
+    #[inline(always)]
+    pub(crate) fn params(&self) -> Params<N> {
+        let Span { polygon, start, delta, .. } = self.span;
+        match polygon.w {
+            WRange::Constant { w, .. } => Params {
+                w: [w; LANES],
+                params: std::array::from_fn(|i| self.line(start.s[i], delta.s[i])),
+            },
+            WRange::Varying { min, max } => {
+                let unit = polygon.w_unit as f32;
+                let per_unit = reciprocal(self.clamped_inverse_w(min, max));
+                let falls = self.falls();
+                let params = std::array::from_fn(|i| {
+                    let s = self.steep_line(start.s[i], delta.s[i], falls);
+                    let factor = if polygon.times_w[i] { per_unit } else { [1.0; LANES] };
+                    std::array::from_fn(|lane| s[lane] * factor[lane])
+                });
+                Params { w: per_unit.map(|w| w * unit), params }
+            }
+        }
+    }
+
+    /// One pixel of the block.
+    #[inline(always)]
+    pub(crate) fn fragment(&self, lane: usize, depth: f32, params: &Params<N>) -> Fragment<'a, N> {
+        Fragment {
+            x: self.span.polygon.corner.0 + self.x + lane as i32,
+            y: self.span.y(),
+            depth,
+            w: params.w[lane],
+            params: std::array::from_fn(|i| params.params[i][lane]),
+            span: self.span,
+        }
+    }
+
+    /// 1/w in the polygon's unit, kept in the polygon's range: a pixel centre may lie outside the
+    /// polygon by the rounding of its outline.
+    #[inline(always)]
+    fn clamped_inverse_w(&self, min: f32, max: f32) -> Lanes {
+        let Span { start, delta, .. } = self.span;
+        self.steep_line(start.inv_w, delta.inv_w, self.falls()).map(|v| clamp(v, min, max))
+    }
+
+    /// Whether 1/w falls so much along the block that f32 is not enough.
+    #[inline(always)]
+    fn falls(&self) -> bool {
+        let start = self.at(self.span.start.inv_w, self.span.delta.inv_w);
+        let end = start + self.span.delta.inv_w * (LANES - 1) as f64;
+        end * MAX_FALL < start
+    }
+
+    /// The value of something linear at the block's first pixel.
+    #[inline(always)]
+    fn at(&self, start: f64, delta: f64) -> f64 {
+        start + delta * f64::from(self.x - self.span.first)
+    }
+
+    /// Something linear at all pixels of the block.
+    #[inline(always)]
+    fn line(&self, start: f64, delta: f64) -> Lanes {
+        let (start, delta) = (self.at(start, delta) as f32, delta as f32);
+        std::array::from_fn(|lane| start + delta * lane as f32)
+    }
+
+    /// The same, in f64 if the block is `steep`.
+    #[inline(always)]
+    fn steep_line(&self, start: f64, delta: f64, steep: bool) -> Lanes {
+        if !steep {
+            return self.line(start, delta);
+        }
+        let start = self.at(start, delta);
+        std::array::from_fn(|lane| (start + delta * lane as f64) as f32)
+    }
+}
+
+/// `value` between `min` and `max`, in two instructions: unlike `f32::clamp` without regard to NaN.
+#[inline(always)]
+fn clamp(value: f32, min: f32, max: f32) -> f32 {
+    let value = if value > min { value } else { min };
+    if value < max { value } else { max }
+}
+
+/// The division of the rational linear method, once for each pixel of a block.
+#[inline(always)]
+fn reciprocal(values: Lanes) -> Lanes {
+    #[cfg(test)]
+    tests::RECIPROCALS.with(|count| count.set(count.get() + 1));
+    values.map(|v| 1.0 / v)
+}

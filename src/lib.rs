@@ -1,0 +1,114 @@
+//! Exact polygon scan conversion on the CPU, with perspective-correct parameters.
+//!
+//! `polyscan` turns polygons given in homogeneous clip space into pixels. It follows Paul Heckbert:
+//! a generic clipper in homogeneous space, an active edge table, and rational linear interpolation
+//! of any number of parameters a vertex, with one reciprocal a pixel, and none when all w are equal.
+//!
+//! # A picture in a few lines
+//!
+//! ```
+//! use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+//! use glam::{Vec2, Vec3};
+//! use polyscan::{Framebuffer, Vertex, ZBuffer};
+//!
+//! // A square floor, seen in perspective, with a parameter (u, v) at each corner.
+//! let camera = perspective(1.0, 4.0 / 3.0, 0.1, 100.0)
+//!     * look_at_mat4(Vec3::new(0.0, 1.0, 2.0), Vec3::ZERO, Vec3::Y);
+//! let floor = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
+//!     .map(|(x, z)| Vertex::new(camera * Vec3::new(x, 0.0, z).extend(1.0), Vec2::new(x, z)));
+//!
+//! let mut frame = Framebuffer::new(320, 240, [255u8; 4])?;
+//! let mut renderer = ZBuffer::new(frame.viewport());
+//! renderer.draw(&mut frame, &floor, |fragment| {
+//!     let [u, v] = fragment.params.map(|r| (r * 4.0).floor() as i32);
+//!     if (u + v) % 2 == 0 { [200, 40, 40, 255] } else { [40, 40, 60, 255] }
+//! });
+//! # #[cfg(feature = "image")]
+//! frame.to_image().save(std::env::temp_dir().join("floor.png"))?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The flow
+//!
+//! Each stage is a module, in this order, and can be used on its own:
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`vertex`] | [`Vertex<N>`](Vertex): a position (xw, yw, zw, w) in clip space and N parameters |
+//! | [`clip`] | clips by planes in homogeneous space, before any division |
+//! | [`project`] | divides by w, keeps 1/w, maps to the [`Viewport`] |
+//! | [`gradient`] | parameters as planes over the screen; the paper's equation (1) |
+//! | [`edge_table`] | edges sorted by first scanline, the active ones stepped from row to row |
+//! | [`span`] | a row's run of pixels: start values and changes per pixel |
+//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each |
+//! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
+//! | [`render`] | the z-buffer renderer and its [`Framebuffer`] |
+//! | [`color`], [`texture`] | linear light and sRGB; pictures to sample |
+//! | `obj` | OBJ and MTL files to polygons |
+//!
+//! A polygon keeps its sides; nothing is triangulated on the way.
+//!
+//! # Conventions
+//!
+//! - Clip space has x right and y up; positions are column vectors. A point is visible where
+//!   -w <= x <= w, -w <= y <= w and 0 <= z <= w, as in wgpu, Direct3D, Metal and
+//!   [`glam::camera::rh::proj::directx`]. OpenGL's -w <= z <= w is [`ClipSpace::MinusOneToOne`].
+//! - The screen has x right and y *down*; pixel (0, 0) is at the top left, as in the `image` crate;
+//!   pixel (i, j) is sampled at its centre (i + 0.5, j + 0.5).
+//! - Screen positions are rounded to 1/256 pixel, half to even. From there on coverage is integer
+//!   arithmetic with the top-left rule: polygons that share an edge touch each pixel along it
+//!   exactly once.
+//! - Depth is z/w in the viewport's depth range, f32, smaller is nearer by default.
+//! - Colours that are blended, filtered or averaged are linear light; 8-bit pictures are sRGB.
+//!
+//! # Parameters that are not affine on the polygon
+//!
+//! On a triangle every parameter is affine, and so are texture coordinates and positions on flat
+//! polygons; they are planes over the screen. A polygon of four or more sides may carry any values
+//! at its vertices, colours for example. Those are interpolated along the polygon's edges and then
+//! across each span, and the result depends on how the polygon is rotated on the screen (Heckbert
+//! and Moreton 1991, section 3.4). Cut the polygon into triangles where that matters, or compute
+//! the colour in the shader from parameters that are affine.
+//!
+//! # Any input is safe
+//!
+//! Positions may be anything that fits an f32: a polygon with one that is not finite is not drawn,
+//! one that reaches through the eye is clipped. Nothing panics, and the work for a polygon is
+//! bounded by its vertices and the scanlines and pixels inside the viewport.
+//!
+//! # Features
+//!
+//! - `image` (default): textures from files and pictures, framebuffers to pictures.
+//! - `obj` (default): OBJ and MTL files. Needs `image`.
+//!
+//! # Sources
+//!
+//! - P. Heckbert and H. Moreton, "Interpolation for Polygon Texture Mapping and Shading", in State
+//!   of the Art in Computer Graphics, Springer 1991.
+//! - P. Heckbert, "Generic Convex Polygon Scan Conversion and Clipping", Graphics Gems, 1990.
+//! - K.-L. Low, "Perspective-Correct Interpolation", 2002.
+
+pub mod vertex;
+pub mod clip;
+pub mod project;
+pub mod gradient;
+pub mod edge_table;
+mod polygon;
+pub mod span;
+pub mod fragment;
+pub mod scan;
+pub mod render;
+pub mod color;
+pub mod texture;
+//#[cfg(feature = "obj")]
+//pub mod obj;
+
+pub use clip::{ClipPlane, ClipSpace};
+pub use fragment::Fragment;
+pub use gradient::ParameterMatrix;
+pub use project::{Rect, SizeError, Viewport};
+pub use render::{DepthSource, DepthTest, Framebuffer, ZBuffer};
+pub use scan::{Cull, ScanConverter};
+pub use span::Span;
+pub use texture::Texture;
+pub use vertex::{Interpolation, Parameter, Vertex};

@@ -1,0 +1,248 @@
+//! Projection: from clip space to the screen.
+//!
+//! A vertex record (x, y, z, w, r_1 .. r_n) goes in. Its position is divided by w and mapped to the
+//! viewport, its parameters become s_i = r_i / w, and 1/w is kept as s_{n+1} (Heckbert and Moreton
+//! 1991, section 3.5). What comes out is linear over the screen, so it can be interpolated by
+//! additions alone.
+//!
+//! The screen has x to the right and y down, in pixels, relative to the viewport's top left corner.
+//! Pixel (i, j) has its centre at (i + 0.5, j + 0.5).
+
+use thiserror::Error;
+
+use crate::clip::{ClipPlane, ClipSpace, ClipVertex, W_MIN};
+use crate::vertex::Vertex;
+
+/// Positions on the screen are rounded to 1 / `SUBPIXELS` of a pixel, as GPUs (and Mesa) do; from
+/// there on coverage is integer arithmetic.
+pub const SUBPIXELS: i32 = 256;
+
+/// The largest width and height of a viewport or framebuffer, in pixels.
+pub const MAX_SIZE: u32 = 65536;
+
+/// How far a polygon may leave the viewport before it is clipped at its sides, in pixels. With
+/// [`MAX_SIZE`] positions stay below 2^18 pixels, that is 2^26 subpixels, so that a product of two
+/// differences (2^54) fits an i64 with room for their sums.
+pub const GUARD_BAND: u32 = 65536;
+
+/// A rectangle of pixels; it covers columns `x .. x + width` and rows `y .. y + height`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Rect {
+    /// The first column.
+    pub x: i32,
+    /// The first row.
+    pub y: i32,
+    /// The number of columns.
+    pub width: u32,
+    /// The number of rows.
+    pub height: u32,
+}
+
+impl Rect {
+    /// Columns and rows as half-open ranges; i64 since the far end may exceed an i32.
+    pub(crate) fn ranges(self) -> [(i64, i64); 2] {
+        let range = |start: i32, len: u32| (i64::from(start), i64::from(start) + i64::from(len));
+        [range(self.x, self.width), range(self.y, self.height)]
+    }
+}
+
+/// A picture size that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("a size of {width} x {height} pixels is not possible: {reason}")]
+pub struct SizeError {
+    /// The width asked for, in pixels.
+    pub width: u32,
+    /// The height asked for, in pixels.
+    pub height: u32,
+    pub(crate) reason: &'static str,
+}
+
+impl SizeError {
+    pub(crate) fn check(width: u32, height: u32) -> Result<(), Self> {
+        if width.max(height) > MAX_SIZE {
+            let reason = "width and height may be at most 65536; draw in tiles with `Viewport::at`";
+            return Err(Self { width, height, reason });
+        }
+        Ok(())
+    }
+}
+
+/// The rectangle of the framebuffer that the view volume is mapped to, and the range of depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewport {
+    rect: Rect,
+    depth: [f32; 2],
+}
+
+impl Viewport {
+    /// A viewport with its top left corner at pixel (0, 0) and depth from 0 to 1.
+    ///
+    /// # Errors
+    /// When a side is longer than [`MAX_SIZE`]. A side of 0 pixels is allowed: nothing is drawn.
+    pub fn new(width: u32, height: u32) -> Result<Self, SizeError> {
+        SizeError::check(width, height)?;
+        Ok(Self::whole(Rect { x: 0, y: 0, width, height }))
+    }
+
+    /// The viewport that covers all of a rectangle whose size was checked.
+    pub(crate) fn whole(rect: Rect) -> Self {
+        Self { rect, depth: [0.0, 1.0] }
+    }
+
+    /// The same viewport with its top left corner at pixel (x, y) of the framebuffer. With a
+    /// negative corner the framebuffer shows a tile of a larger picture, bit for bit as the larger
+    /// picture has it. Corners beyond 2^24 are moved to 2^24, where no framebuffer reaches.
+    pub fn at(mut self, x: i32, y: i32) -> Self {
+        // Sums of corner and pixel must fit an i32.
+        const FAR: i32 = 1 << 24;
+        self.rect.x = x.clamp(-FAR, FAR);
+        self.rect.y = y.clamp(-FAR, FAR);
+        self
+    }
+
+    /// The same viewport with the near plane at depth `near` and the far plane at depth `far`, both
+    /// in 0 ..= 1 (values outside are clamped, NaN counts as 0); near may be greater than far.
+    pub fn with_depth(mut self, near: f32, far: f32) -> Self {
+        self.depth = [near, far].map(|d| d.max(0.0).min(1.0));
+        self
+    }
+
+    /// The pixels of the framebuffer that the viewport occupies.
+    pub fn rect(&self) -> Rect {
+        self.rect
+    }
+
+    /// The depths of the near and the far plane.
+    pub fn depth(&self) -> [f32; 2] {
+        self.depth
+    }
+
+    /// Divides a vertex by its w and maps it to the screen: the record
+    /// (x, y, z, s_1 .. s_n, s_{n+1}) of the paper. `None` when w is not at least
+    /// [`W_MIN`], or when a coordinate is not finite.
+    pub fn project<const N: usize>(
+        &self,
+        vertex: &Vertex<N>,
+        clip_space: ClipSpace,
+    ) -> Option<ScreenVertex<N>> {
+        let position = vertex.position.as_dvec4();
+        let params = vertex.params.map(f64::from);
+        let projection = Projection { viewport: *self, clip_space, w_unit: 1.0, divide: [true; N] };
+        (position.is_finite() && position.w >= W_MIN)
+            .then(|| projection.apply(&ClipVertex { position, params }).1)
+    }
+
+    /// The sides of the guard band.
+    pub(crate) fn guard_band(&self) -> [ClipPlane; 4] {
+        let factor = |size: u32| 1.0 + 2.0 * f64::from(GUARD_BAND) / f64::from(size.max(1));
+        ClipPlane::sides(factor(self.rect.width), factor(self.rect.height))
+    }
+}
+
+/// What is linear over the screen: z, s_1 .. s_n and s_{n+1} = 1/w, at a point, or per pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScreenParams<const N: usize> {
+    /// Depth: z/w after the viewport's depth range.
+    pub z: f64,
+    /// s_i = r_i / w; for a parameter that is not interpolated in perspective, r_i itself.
+    pub s: [f64; N],
+    /// s_{n+1} = 1 / w.
+    pub inv_w: f64,
+}
+
+impl<const N: usize> ScreenParams<N> {
+    /// `f` of the corresponding components of `self` and `other`.
+    #[inline(always)]
+    pub(crate) fn zip(&self, other: &Self, mut f: impl FnMut(f64, f64) -> f64) -> Self {
+        Self {
+            z: f(self.z, other.z),
+            s: std::array::from_fn(|i| f(self.s[i], other.s[i])),
+            inv_w: f(self.inv_w, other.inv_w),
+        }
+    }
+
+    /// `self + delta * steps`.
+    #[inline(always)]
+    pub(crate) fn step(&self, delta: &Self, steps: f64) -> Self {
+        self.zip(delta, |a, d| a + d * steps)
+    }
+}
+
+impl<const N: usize> Default for ScreenParams<N> {
+    fn default() -> Self {
+        Self { z: 0.0, s: [0.0; N], inv_w: 0.0 }
+    }
+}
+
+/// A vertex on the screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScreenVertex<const N: usize> {
+    /// Pixels to the right of the viewport's left side, not rounded.
+    pub x: f64,
+    /// Pixels below the viewport's top side, not rounded.
+    pub y: f64,
+    /// What is interpolated linearly from here on.
+    pub values: ScreenParams<N>,
+}
+
+/// A position on the screen in subpixels (1/256 pixel), x right, y down, relative to the viewport.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FixedPoint {
+    /// Subpixels to the right of the viewport's left side.
+    pub x: i32,
+    /// Subpixels below the viewport's top side.
+    pub y: i32,
+}
+
+/// The mapping of one polygon's vertices to the screen.
+pub(crate) struct Projection<const N: usize> {
+    pub(crate) viewport: Viewport,
+    pub(crate) clip_space: ClipSpace,
+    /// The unit in which w is measured: s_i and s_{n+1} are multiplied by it.
+    pub(crate) w_unit: f64,
+    /// Which parameters are divided by w.
+    pub(crate) divide: [bool; N],
+}
+
+impl<const N: usize> Projection<N> {
+    /// The vertex on the screen, rounded to subpixels and not rounded. Its w must be at least
+    /// [`W_MIN`], its position inside the guard band.
+    #[inline]
+    pub(crate) fn apply(&self, vertex: &ClipVertex<N>) -> (FixedPoint, ScreenVertex<N>) {
+        let Rect { width, height, .. } = self.viewport.rect;
+        let [x, y, z, w] = vertex.position.to_array();
+        let (x, fixed_x) = to_screen(x, w, width);
+        let (y, fixed_y) = to_screen(-y, w, height);
+
+        let [near, far] = self.viewport.depth.map(f64::from);
+        let z = match self.clip_space {
+            ClipSpace::ZeroToOne => z / w,
+            ClipSpace::MinusOneToOne => 0.5 * (z / w) + 0.5,
+        };
+        let inv_w = self.w_unit / w;
+        let params = &vertex.params;
+        let values = ScreenParams {
+            z: near + (far - near) * z,
+            s: std::array::from_fn(|i| if self.divide[i] { params[i] * inv_w } else { params[i] }),
+            inv_w,
+        };
+        (FixedPoint { x: fixed_x, y: fixed_y }, ScreenVertex { x, y, values })
+    }
+}
+
+/// Maps -w <= x <= w to 0 ..= size pixels: the position, and the same in whole subpixels, rounded
+/// half to even.
+///
+/// The rounding is that of the exact quotient: with 24-bit x and w and a `scale` of at most 2^23,
+/// a quotient that is not half-way between two integers differs from half-way by more than a part
+/// in 2^48, which f64 division preserves; and rounding before the offset (an even number, so that
+/// even stays even) adds no second rounding.
+#[inline]
+fn to_screen(x: f64, w: f64, size: u32) -> (f64, i32) {
+    // Adding and subtracting 1.5 * 2^52 leaves no fraction bits: round half to even.
+    const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
+    let scale = f64::from(size) * f64::from(SUBPIXELS / 2);
+    let centred = x * scale / w;
+    let rounded = (centred + ROUND) - ROUND;
+    ((centred + scale) / f64::from(SUBPIXELS), (rounded + scale) as i32)
+}

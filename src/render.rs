@@ -1,0 +1,9 @@
+//! Renderers on top of the scan converter, and the framebuffer that they draw to.
+
+mod framebuffer;
+mod shader;
+mod z_buffer;
+
+pub use framebuffer::Framebuffer;
+pub use shader::IntoColor;
+pub use z_buffer::{DepthSource, DepthTest, ZBuffer};

@@ -1,0 +1,130 @@
+//! The framebuffer: a colour of any type and an f32 depth for each pixel.
+
+use crate::project::{Rect, SizeError, Viewport};
+
+/// A picture being drawn. Row 0 is at the top, as in the `image` crate.
+///
+/// The colour may be anything that is `Copy`: 8-bit sRGB as `[u8; 4]`, linear light as
+/// `glam::Vec4`, an object's number as `u32`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Framebuffer<C> {
+    width: u32,
+    height: u32,
+    color: Vec<C>,
+    depth: Vec<f32>,
+}
+
+impl<C: Copy> Framebuffer<C> {
+    /// A framebuffer filled with a colour, its depth with 1.0, the depth of the far plane.
+    ///
+    /// # Errors
+    /// When a side is longer than [`MAX_SIZE`](crate::project::MAX_SIZE), or there is not enough
+    /// memory for the pixels.
+    pub fn new(width: u32, height: u32, color: C) -> Result<Self, SizeError> {
+        SizeError::check(width, height)?;
+        let reason = "there is not enough memory for it; draw in tiles with `Viewport::at`";
+        let error = SizeError { width, height, reason };
+        let len = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| error)?;
+        Ok(Self {
+            width,
+            height,
+            color: filled(len, color).ok_or(error)?,
+            depth: filled(len, 1.0).ok_or(error)?,
+        })
+    }
+
+    /// The number of columns.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// The number of rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The viewport that covers the whole framebuffer.
+    pub fn viewport(&self) -> Viewport {
+        Viewport::whole(self.rect())
+    }
+
+    /// Fills the picture with a colour and a depth: 1.0 for depths that are nearer when smaller,
+    /// 0.0 for those that are nearer when greater.
+    pub fn clear(&mut self, color: C, depth: f32) {
+        self.color.fill(color);
+        self.depth.fill(depth);
+    }
+
+    /// The colours, row by row from the top.
+    pub fn color(&self) -> &[C] {
+        &self.color
+    }
+
+    /// The colours, to be changed.
+    pub fn color_mut(&mut self) -> &mut [C] {
+        &mut self.color
+    }
+
+    /// The depths, row by row from the top.
+    pub fn depth(&self) -> &[f32] {
+        &self.depth
+    }
+
+    /// The depths, to be changed.
+    pub fn depth_mut(&mut self) -> &mut [f32] {
+        &mut self.depth
+    }
+
+    /// The colour and the depth of a pixel; `None` outside the picture.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<(C, f32)> {
+        let index = (y as usize).checked_mul(self.width as usize)?.checked_add(x as usize)?;
+        let inside = x < self.width && y < self.height;
+        inside.then(|| self.color.get(index).copied().zip(self.depth.get(index).copied())).flatten()
+    }
+
+    pub(crate) fn rect(&self) -> Rect {
+        Rect { x: 0, y: 0, width: self.width, height: self.height }
+    }
+
+    /// Colours and depths of a row.
+    #[inline(always)]
+    pub(crate) fn row_mut(&mut self, y: i32) -> Option<(&mut [C], &mut [f32])> {
+        let width = self.width as usize;
+        let start = usize::try_from(y).ok()?.checked_mul(width)?;
+        let row = start..start.checked_add(width)?;
+        self.color.get_mut(row.clone()).zip(self.depth.get_mut(row))
+    }
+}
+
+/// A vector of `len` equal elements, if there is memory for it.
+fn filled<T: Copy>(len: usize, value: T) -> Option<Vec<T>> {
+    let mut elements = Vec::new();
+    elements.try_reserve_exact(len).ok()?;
+    elements.resize(len, value);
+    Some(elements)
+}
+
+#[cfg(feature = "image")]
+impl<C: crate::color::Color> Framebuffer<C> {
+    /// The picture in 8 bits a channel, sRGB with straight alpha.
+    pub fn to_image(&self) -> image::RgbaImage {
+        image::RgbaImage::from_fn(self.width, self.height, |x, y| {
+            let index = y as usize * self.width as usize + x as usize;
+            image::Rgba(self.color[index].to_srgb8())
+        })
+    }
+}
+
+#[cfg(feature = "image")]
+impl TryFrom<&image::RgbaImage> for Framebuffer<[u8; 4]> {
+    type Error = SizeError;
+
+    /// A framebuffer that shows a picture, to be drawn over.
+    fn try_from(picture: &image::RgbaImage) -> Result<Self, SizeError> {
+        let mut frame = Self::new(picture.width(), picture.height(), [0; 4])?;
+        for (color, pixel) in frame.color.iter_mut().zip(picture.pixels()) {
+            *color = pixel.0;
+        }
+        Ok(frame)
+    }
+}

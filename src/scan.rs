@@ -1,0 +1,189 @@
+//! The stages joined: polygons in clip space in, spans out.
+//!
+//! ```text
+//! Vertex<N> -> clip -> project -> edge table -> Span<N> -> Fragment<N>
+//! ```
+//!
+//! [`ScanConverter`] is what renderers are built on; those in [`render`](crate::render) are.
+
+use std::ops::Range;
+
+use crate::clip::{ClipPlane, ClipSpace, Clipper, Outcome};
+use crate::edge_table::{EdgeTable, Runs};
+use crate::polygon::ScreenPolygon;
+use crate::project::{Rect, Viewport};
+use crate::span::Span;
+use crate::vertex::{Interpolation, Vertex};
+
+/// Which polygons are left out, by the direction in which their vertices run as seen on the screen.
+///
+/// Where the front of a polygon is the side from which its vertices run counter-clockwise, as in
+/// OBJ files, back faces are left out by [`Cull::Clockwise`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Cull {
+    /// None.
+    #[default]
+    None,
+    /// Those whose vertices run clockwise.
+    Clockwise,
+    /// Those whose vertices run counter-clockwise.
+    CounterClockwise,
+}
+
+/// Converts polygons to spans.
+///
+/// The fields are the settings; the memory that the work takes is kept, so that after the first few
+/// polygons nothing is allocated any more.
+///
+/// ```
+/// use glam::vec4;
+/// use polyscan::{ScanConverter, Vertex, Viewport};
+///
+/// let triangle = [
+///     Vertex::new(vec4(-1.0, 1.0, 0.0, 1.0), [0.0]),
+///     Vertex::new(vec4(-1.0, -1.0, 0.0, 1.0), [1.0]),
+///     Vertex::new(vec4(1.0, 1.0, 0.0, 1.0), [0.0]),
+/// ];
+/// let mut scan = ScanConverter::new(Viewport::new(4, 4)?);
+/// for span in scan.spans(&triangle) {
+///     for fragment in span.fragments() {
+///         assert_eq!(fragment.params[0], (fragment.y as f32 + 0.5) / 4.0);
+///     }
+/// }
+/// let covered: Vec<_> = scan.spans(&triangle).map(|span| (span.y(), span.x())).collect();
+/// assert_eq!(covered, [(0, 0..3), (1, 0..2), (2, 0..1)]);
+/// # Ok::<(), polyscan::SizeError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ScanConverter<const N: usize> {
+    /// Where on the framebuffer the view volume goes.
+    pub viewport: Viewport,
+    /// The only pixels to visit, if given.
+    pub scissor: Option<Rect>,
+    /// The depth convention of the vertices' positions.
+    pub clip_space: ClipSpace,
+    /// Planes to clip by besides those of the view volume.
+    pub planes: Vec<ClipPlane>,
+    /// Which polygons to leave out.
+    pub cull: Cull,
+    /// How each parameter is interpolated.
+    pub interpolation: [Interpolation; N],
+    all_planes: Vec<ClipPlane>,
+    clipper: Clipper<N>,
+    polygon: ScreenPolygon<N>,
+    edges: EdgeTable,
+}
+
+impl<const N: usize> ScanConverter<N> {
+    /// A scan converter that visits all the pixels of a viewport: no scissor, no extra planes, no
+    /// culling, depth 0 <= z <= w, all parameters in perspective.
+    pub fn new(viewport: Viewport) -> Self {
+        Self {
+            viewport,
+            scissor: None,
+            clip_space: ClipSpace::default(),
+            planes: Vec::new(),
+            cull: Cull::default(),
+            interpolation: [Interpolation::default(); N],
+            all_planes: Vec::new(),
+            clipper: Clipper::new(),
+            polygon: ScreenPolygon::default(),
+            edges: EdgeTable::new(),
+        }
+    }
+
+    /// The spans of a polygon, from top to bottom and, where it is not convex, from left to right
+    /// in each row.
+    ///
+    /// Any polygon is safe. Those with fewer than three vertices or a position that is not finite
+    /// have no spans. What it winds around is inside (the non-zero rule). Parameters that are not
+    /// affine on the polygon, which takes four vertices or more, are interpolated along its edges
+    /// and then across the spans; the result depends on how the polygon is rotated on the screen.
+    pub fn spans(&mut self, polygon: &[Vertex<N>]) -> Spans<'_, N> {
+        self.spans_within(polygon, self.viewport.rect())
+    }
+
+    /// The spans within a rectangle.
+    pub(crate) fn spans_within(&mut self, polygon: &[Vertex<N>], bounds: Rect) -> Spans<'_, N> {
+        let columns = self.set_up(polygon, bounds).unwrap_or_else(|| {
+            self.edges.fill(&[], 0..0);
+            0..0
+        });
+        Spans { polygon: &self.polygon, runs: self.edges.runs(), columns }
+    }
+
+    /// Brings a polygon as far as the edge table; the visible columns, or `None` if there is
+    /// nothing to see.
+    fn set_up(&mut self, polygon: &[Vertex<N>], bounds: Rect) -> Option<Range<i32>> {
+        let [columns, rows] = self.window(bounds);
+        if columns.is_empty() || rows.is_empty() {
+            return None;
+        }
+        self.all_planes.clear();
+        self.all_planes.extend(self.clip_space.near_far());
+        self.all_planes.extend(self.viewport.guard_band());
+        self.all_planes.extend(&self.planes);
+        self.clipper.load(polygon, &self.interpolation);
+        let outcome = self.clipper.clip_vertices(&self.all_planes, &self.interpolation);
+        if outcome == Outcome::Outside {
+            return None;
+        }
+        let vertices = self.clipper.vertices();
+        self.polygon.project(vertices, &self.viewport, self.clip_space, &self.interpolation);
+        if self.is_culled() {
+            return None;
+        }
+        self.edges.fill(self.polygon.outline(), rows);
+        if self.edges.is_empty() {
+            return None;
+        }
+        // A triangle is flat, and stays so when it is clipped; but what is linear on the screen has
+        // no linear continuation behind the eye.
+        let linear = self.interpolation.contains(&Interpolation::Linear);
+        let flat = polygon.len() == 3 && (outcome == Outcome::Inside || !linear);
+        self.polygon.fit_planes(flat);
+        Some(columns)
+    }
+
+    /// The columns and rows to visit within `bounds`, relative to the viewport.
+    fn window(&self, bounds: Rect) -> [Range<i32>; 2] {
+        let viewport = self.viewport.rect().ranges();
+        let bounds = bounds.ranges();
+        let scissor = self.scissor.map_or(viewport, Rect::ranges);
+        [0, 1].map(|axis| {
+            let (first, end) = viewport[axis];
+            let inside = |pixel: i64| (pixel.clamp(first, end) - first) as i32;
+            inside(bounds[axis].0.max(scissor[axis].0))..inside(bounds[axis].1.min(scissor[axis].1))
+        })
+    }
+
+    fn is_culled(&self) -> bool {
+        match self.cull {
+            Cull::None => false,
+            Cull::Clockwise => self.polygon.signed_area() > 0,
+            Cull::CounterClockwise => self.polygon.signed_area() < 0,
+        }
+    }
+}
+
+/// Iterator over the spans of a polygon.
+#[derive(Debug)]
+pub struct Spans<'a, const N: usize> {
+    polygon: &'a ScreenPolygon<N>,
+    runs: Runs<'a>,
+    columns: Range<i32>,
+}
+
+impl<'a, const N: usize> Iterator for Spans<'a, N> {
+    type Item = Span<'a, N>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Span<'a, N>> {
+        loop {
+            let run = self.runs.next()?;
+            if let Some(span) = Span::new(self.polygon, &run, &self.columns) {
+                return Some(span);
+            }
+        }
+    }
+}
