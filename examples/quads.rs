@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use glam::camera::rh::proj::directx::perspective;
 use glam::{EulerRot, Mat4, Vec2, Vec3, vec2, vec3};
-use polyscan::{Framebuffer, Interpolation, Rect, Vertex, Viewport, ZBuffer};
+use polyscan::{Framebuffer, Interpolation, Vertex, Viewport, ZBuffer};
 
 /// Draw checkered quads in perspective: linear interpolation above, rational linear below.
 #[derive(Parser)]
@@ -45,6 +45,9 @@ fn all_around() -> Vec<Vec3> {
 
 /// The camera stands this far from the quad's centre; the quad reaches from -1 to 1.
 const DISTANCE: f32 = 2.6;
+/// The field of view in radians, a little more than the sphere of radius √2 around the quad takes:
+/// 2 asin(√2 / 2.6) = 1.15.
+const FIELD_OF_VIEW: f32 = 1.2;
 /// Each pixel is the mean of this many samples in x and in y.
 const SAMPLES: u32 = 4;
 const PAPER: Vec3 = vec3(0.9, 0.89, 0.86);
@@ -63,7 +66,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rows = options.angles.len().div_ceil(6) as u32;
     let tile = options.size * SAMPLES;
     let mut frame = Framebuffer::new(columns * tile, 2 * rows * tile, PAPER)?;
-    for (half, interpolation) in [Interpolation::Linear, Interpolation::Perspective].iter().enumerate() {
+    for (half, interpolation) in
+        [Interpolation::Linear, Interpolation::Perspective].iter().enumerate()
+    {
         for (i, &angles) in (0..).zip(&options.angles) {
             let x = i % 6 * tile;
             let y = (half as u32 * rows + i / 6) * tile;
@@ -72,7 +77,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
 
-    let picture = reduced(&frame)?;
+    let picture = frame.reduced(SAMPLES)?;
     if let Some(folder) = options.output.parent() {
         std::fs::create_dir_all(folder)?;
     }
@@ -92,7 +97,7 @@ fn draw_quad(
     interpolation: Interpolation,
 ) {
     let [yaw, pitch, roll] = angles.to_array().map(f32::to_radians);
-    let camera = perspective(1.0, 1.0, 0.1, 10.0)
+    let camera = perspective(FIELD_OF_VIEW, 1.0, 0.1, 10.0)
         * Mat4::from_translation(vec3(0.0, 0.0, -DISTANCE))
         * Mat4::from_euler(EulerRot::YXZ, yaw, pitch, roll);
     let quad = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
@@ -115,16 +120,4 @@ fn checker(uv: Vec2) -> Vec3 {
     } else {
         vec3(0.95, 0.75, 0.35)
     }
-}
-
-/// The mean of each block of samples, in linear light.
-fn reduced(frame: &Framebuffer<Vec3>) -> Result<Framebuffer<Vec3>, polyscan::SizeError> {
-    let Rect { width, height, .. } = frame.viewport().rect();
-    let mut picture = Framebuffer::new(width / SAMPLES, height / SAMPLES, Vec3::ZERO)?;
-    for (i, color) in frame.color().iter().enumerate() {
-        let (x, y) = (i as u32 % width / SAMPLES, i as u32 / width / SAMPLES);
-        let pixel = (y * (width / SAMPLES) + x) as usize;
-        picture.color_mut()[pixel] += *color / (SAMPLES * SAMPLES) as f32;
-    }
-    Ok(picture)
 }

@@ -75,6 +75,18 @@ impl ClipPlane {
     fn distance(&self, position: DVec4) -> f64 {
         self.0.dot(position)
     }
+
+    /// Removes the rounding error of a vertex that should lie on the plane, where the plane is one
+    /// of those that bound x, y or z alone. Far outside, at 10^20 say, that error is all there is.
+    fn settle(&self, position: &mut DVec4) {
+        let [x, y, z, w] = self.0.to_array();
+        match [x != 0.0, y != 0.0, z != 0.0] {
+            [true, false, false] => position.x = (0.0 - w * position.w) / x,
+            [false, true, false] => position.y = (0.0 - w * position.w) / y,
+            [false, false, true] => position.z = (0.0 - w * position.w) / z,
+            _ => {}
+        }
+    }
 }
 
 /// What clipping made of a polygon.
@@ -225,32 +237,43 @@ impl<const N: usize> Clipper<N> {
             return Outcome::Inside;
         }
         if any & 1 != 0 {
-            self.clip_by(|position| position.w - W_MIN, interpolation);
+            self.clip_by(
+                |position| position.w - W_MIN,
+                |position| position.w = W_MIN,
+                interpolation,
+            );
         }
         for (i, plane) in planes.iter().enumerate() {
             if any & 1 << (i + 1).min(31) != 0 {
-                self.clip_by(|position| plane.distance(position), interpolation);
+                let distance = |position| plane.distance(position);
+                self.clip_by(distance, |position| plane.settle(position), interpolation);
             }
         }
         if self.vertices.len() < 3 { Outcome::Outside } else { Outcome::Clipped }
     }
 
     /// Sutherland and Hodgman's step: keeps the part of the polygon where `distance` is not
-    /// negative.
+    /// negative. `settle` moves a new vertex exactly to where the distance is 0.
     fn clip_by(
         &mut self,
         distance: impl Fn(DVec4) -> f64,
+        settle: impl Fn(&mut DVec4),
         interpolation: &[Interpolation; N],
     ) {
         self.next.clear();
+        let cut = |inner: &ClipVertex<N>, outer: &ClipVertex<N>, t| {
+            let mut vertex = between(inner, outer, t, interpolation);
+            settle(&mut vertex.position);
+            vertex
+        };
         let Some(mut a) = self.vertices.last() else { return };
         let mut da = distance(a.position);
         for b in &self.vertices {
             let db = distance(b.position);
             if da > 0.0 && db < 0.0 {
-                self.next.push(between(a, b, da / (da - db), interpolation));
+                self.next.push(cut(a, b, da / (da - db)));
             } else if da < 0.0 && db > 0.0 {
-                self.next.push(between(b, a, db / (db - da), interpolation));
+                self.next.push(cut(b, a, db / (db - da)));
             }
             if db >= 0.0 {
                 self.next.push(*b);

@@ -173,9 +173,11 @@ fn is_convex(outline: &[FixedPoint]) -> bool {
         return true;
     }
     let next = outline.iter().cycle().skip(1);
-    let sides = outline.iter().zip(next).filter(|(a, b)| a != b).map(|(a, b)| {
-        (i64::from(b.x) - i64::from(a.x), i64::from(b.y) - i64::from(a.y))
-    });
+    let sides = outline
+        .iter()
+        .zip(next)
+        .filter(|(a, b)| a != b)
+        .map(|(a, b)| (i64::from(b.x) - i64::from(a.x), i64::from(b.y) - i64::from(a.y)));
     let Some(mut before) = sides.clone().last() else { return true };
     let (mut left, mut right, mut back, mut downwards) = (false, false, false, 0);
     // The direction of the last side that is not horizontal.
@@ -191,7 +193,7 @@ fn is_convex(outline: &[FixedPoint]) -> bool {
         }
         before = side;
     }
-    !(left && right) && !back && downwards <= 1
+    !(left && right || back || downwards > 1)
 }
 
 /// Iterator over the [`Run`]s of an [`EdgeTable`].

@@ -243,3 +243,51 @@ fn reciprocal(values: Lanes) -> Lanes {
     tests::RECIPROCALS.with(|count| count.set(count.get() + 1));
     values.map(|v| 1.0 / v)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use glam::vec4;
+
+    use crate::{DepthTest, Framebuffer, Vertex, ZBuffer};
+
+    thread_local! {
+        /// How many blocks were divided on this thread.
+        pub(super) static RECIPROCALS: Cell<usize> = const { Cell::new(0) };
+    }
+
+    /// The number of calls of `reciprocal`, each of one division a pixel, and of calls of the
+    /// shader that drawing a quad takes: 64 x 8 pixels, with the given w on its left and its right.
+    fn count(w: [f32; 2], depth_test: DepthTest) -> (usize, usize) {
+        let quad = [(-1.0, -1.0, w[0]), (1.0, -1.0, w[1]), (1.0, 1.0, w[1]), (-1.0, 1.0, w[0])]
+            .map(|(x, y, w)| Vertex::new(vec4(x * w, y * w, 0.5 * w, w), [x, y, 1.0]));
+        let mut frame = Framebuffer::new(64, 8, 0u32).expect("a small frame");
+        let mut renderer = ZBuffer::new(frame.viewport());
+        renderer.depth_test = depth_test;
+        let shaded = Cell::new(0);
+        RECIPROCALS.set(0);
+        renderer.draw(&mut frame, &quad, |_| {
+            shaded.set(shaded.get() + 1);
+            1
+        });
+        (RECIPROCALS.get(), shaded.get())
+    }
+
+    #[test]
+    fn one_reciprocal_a_visible_pixel_whatever_the_number_of_parameters() {
+        let blocks = 64 / super::LANES * 8;
+        assert_eq!(count([1.0, 3.0], DepthTest::Less), (blocks, 64 * 8));
+    }
+
+    #[test]
+    fn hidden_pixels_cost_no_reciprocal() {
+        assert_eq!(count([1.0, 3.0], DepthTest::Greater), (0, 0));
+        assert_eq!(count([1.0, 3.0], DepthTest::Never), (0, 0));
+    }
+
+    #[test]
+    fn equal_w_costs_no_reciprocal() {
+        assert_eq!(count([3.7, 3.7], DepthTest::Less), (0, 64 * 8));
+    }
+}

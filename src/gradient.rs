@@ -30,13 +30,17 @@ impl<const N: usize> Gradient<N> {
         let (abx, aby) = (b.x - a.x, b.y - a.y);
         let (acx, acy) = (c.x - a.x, c.y - a.y);
         let area = abx * acy - acx * aby;
-        let (ab, ac) = (b.values.zip(&a.values, |b, a| b - a), c.values.zip(&a.values, |c, a| c - a));
+        let (ab, ac) =
+            (b.values.zip(&a.values, |b, a| b - a), c.values.zip(&a.values, |c, a| c - a));
         let per_area = 1.0 / area;
         let dx = ab.zip(&ac, |ab, ac| (ab * acy - ac * aby) * per_area);
         let dy = ab.zip(&ac, |ab, ac| (ac * abx - ab * acx) * per_area);
         let sum = |p: &ScreenParams<N>| p.z + p.inv_w;
-        (per_area.is_finite() && (sum(&dx) + sum(&dy)).is_finite())
-            .then_some(Self { origin: *a, dx, dy })
+        (per_area.is_finite() && (sum(&dx) + sum(&dy)).is_finite()).then_some(Self {
+            origin: *a,
+            dx,
+            dy,
+        })
     }
 
     /// The values at a point of the screen, in pixels.

@@ -63,7 +63,8 @@ impl WRange {
         }
         let w = |v: f32| 1.0 / v * unit as f32;
         // Below the smallest normal number the reciprocal would not be finite: w ratios over 2^126.
-        let (mut low, mut high) = (((unit / max) as f32).max(f32::MIN_POSITIVE), (unit / min) as f32);
+        let (mut low, mut high) =
+            (((unit / max) as f32).max(f32::MIN_POSITIVE), (unit / min) as f32);
         while w(low) > w_max {
             low = low.next_up();
         }
@@ -122,7 +123,8 @@ impl<const N: usize> ScreenPolygon<N> {
         self.w_unit = w_unit;
         self.w = WRange::new(w_unit, min, max);
         self.times_w = interpolation.map(|i| i == Interpolation::Perspective && min != max);
-        let projection = Projection { viewport: *viewport, clip_space, w_unit, divide: self.times_w };
+        let projection =
+            Projection { viewport: *viewport, clip_space, w_unit, divide: self.times_w };
         self.corner = (viewport.rect().x, viewport.rect().y);
         self.outline.clear();
         self.vertices.clear();
@@ -178,9 +180,9 @@ impl<const N: usize> ScreenPolygon<N> {
             let fits = |off: f64, tolerance: f64| off <= tolerance;
             by_edges.z |= !fits(off.z, DEPTH_TOLERANCE);
             by_edges.inv_w |= !fits(off.inv_w, PLANE_TOLERANCE * v.values.inv_w);
-            for i in 0..N {
+            for (i, largest) in largest.iter().enumerate() {
                 let per_w = if self.times_w[i] { v.values.inv_w } else { 1.0 };
-                by_edges.s.0[i] |= !fits(off.s[i], PLANE_TOLERANCE * largest[i] * per_w);
+                by_edges.s.0[i] |= !fits(off.s[i], PLANE_TOLERANCE * largest * per_w);
             }
         }
         for i in 0..N {
@@ -346,4 +348,3 @@ fn power_of_two_below(value: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff << 52;
     f64::from_bits(value.to_bits() & EXPONENT)
 }
-

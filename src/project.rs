@@ -103,7 +103,7 @@ impl Viewport {
     /// The same viewport with the near plane at depth `near` and the far plane at depth `far`, both
     /// in 0 ..= 1 (values outside are clamped, NaN counts as 0); near may be greater than far.
     pub fn with_depth(mut self, near: f32, far: f32) -> Self {
-        self.depth = [near, far].map(|d| d.max(0.0).min(1.0));
+        self.depth = [near, far].map(|d| if d > 0.0 { d.min(1.0) } else { 0.0 });
         self
     }
 

@@ -1,5 +1,7 @@
 //! The framebuffer: a colour of any type and an f32 depth for each pixel.
 
+use std::ops::{Add, Mul};
+
 use crate::project::{Rect, SizeError, Viewport};
 
 /// A picture being drawn. Row 0 is at the top, as in the `image` crate.
@@ -93,6 +95,35 @@ impl<C: Copy> Framebuffer<C> {
         let start = usize::try_from(y).ok()?.checked_mul(width)?;
         let row = start..start.checked_add(width)?;
         self.color.get_mut(row.clone()).zip(self.depth.get_mut(row))
+    }
+}
+
+impl<C: Copy + Add<Output = C> + Mul<f32, Output = C>> Framebuffer<C> {
+    /// The picture at 1/`factor` of the width and height: each colour is the mean of a block of
+    /// `factor` x `factor` pixels, each depth the least of the block. Drawn large and reduced, a
+    /// picture in linear light is antialiased. Columns and rows that fill no block are left out; a
+    /// factor of 0 counts as 1.
+    ///
+    /// # Errors
+    /// When there is not enough memory for the pixels.
+    pub fn reduced(&self, factor: u32) -> Result<Self, SizeError> {
+        let factor = factor.max(1);
+        let Some(&color) = self.color.first() else { return Ok(self.clone()) };
+        let mut picture = Self::new(self.width / factor, self.height / factor, color)?;
+        let weight = 1.0 / (factor as f32 * factor as f32);
+        let (from, to, n) = (self.width as usize, picture.width as usize, factor as usize);
+        for (i, (color, depth)) in picture.color.iter_mut().zip(&mut picture.depth).enumerate() {
+            let corner = i / to * n * from + i % to * n;
+            let block = (0..n).flat_map(|row| (0..n).map(move |column| row * from + column));
+            let mut block = block.map(|offset| corner + offset);
+            let first = block.next().unwrap_or(corner);
+            (*color, *depth) = (self.color[first] * weight, self.depth[first]);
+            for pixel in block {
+                *color = *color + self.color[pixel] * weight;
+                *depth = depth.min(self.depth[pixel]);
+            }
+        }
+        Ok(picture)
     }
 }
 

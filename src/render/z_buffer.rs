@@ -3,13 +3,12 @@
 //!
 //! The comparison comes before the reciprocal and the shader, so hidden pixels cost neither.
 
-use crate::fragment::{Block, LANES, Lanes};
+use crate::fragment::{Block, Fragment, LANES, Lanes};
 use crate::project::Viewport;
 use crate::render::framebuffer::Framebuffer;
 use crate::render::shader::IntoColor;
 use crate::scan::ScanConverter;
 use crate::vertex::Vertex;
-use crate::fragment::Fragment;
 
 /// When a fragment passes, by its depth and the depth stored for its pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
