@@ -17,7 +17,7 @@ use polyscan::{Cull, Framebuffer, Vertex, ZBuffer, record};
 #[derive(Parser)]
 struct Options {
     /// The model.
-    #[arg(default_value = "examples/assets/boat.obj")]
+    #[arg(default_value = "examples/assets/cottage.obj")]
     model: PathBuf,
     /// The picture to write; its name's ending chooses the format. With --turntable: an animated
     /// .gif, or a series with numbers before the ending.

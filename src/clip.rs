@@ -266,19 +266,20 @@ impl<const N: usize> Clipper<N> {
             settle(&mut vertex.position);
             vertex
         };
-        let Some(mut a) = self.vertices.last() else { return };
-        let mut da = distance(a.position);
-        for b in &self.vertices {
+        let Some(first) = self.vertices.first() else { return };
+        let mut da = distance(first.position);
+        let ends = self.vertices.iter().skip(1).chain([first]);
+        for (a, b) in self.vertices.iter().zip(ends) {
             let db = distance(b.position);
+            if da >= 0.0 {
+                self.next.push(*a);
+            }
             if da > 0.0 && db < 0.0 {
                 self.next.push(cut(a, b, da / (da - db)));
             } else if da < 0.0 && db > 0.0 {
                 self.next.push(cut(b, a, db / (db - da)));
             }
-            if db >= 0.0 {
-                self.next.push(*b);
-            }
-            (a, da) = (b, db);
+            da = db;
         }
         std::mem::swap(&mut self.vertices, &mut self.next);
     }
@@ -292,7 +293,10 @@ fn between<const N: usize>(
     interpolation: &[Interpolation; N],
 ) -> ClipVertex<N> {
     let mut position = inner.position + (outer.position - inner.position) * t;
-    // Rounding must not bring a vertex to the eye.
+    // Between ends of very different size rounding is large; it must not leave the edge's box, and
+    // must not bring a vertex to the eye.
+    position =
+        position.max(inner.position.min(outer.position)).min(inner.position.max(outer.position));
     position.w = position.w.max(W_MIN);
     // The ratio as it is seen on the screen. An end behind the eye is not on the screen: there the
     // limit for an end just before the eye holds, where the edge is infinitely long.

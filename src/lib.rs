@@ -100,8 +100,8 @@ pub mod scan;
 pub mod render;
 pub mod color;
 pub mod texture;
-//#[cfg(feature = "obj")]
-//pub mod obj;
+#[cfg(feature = "obj")]
+pub mod obj;
 
 pub use clip::{ClipPlane, ClipSpace};
 pub use fragment::Fragment;

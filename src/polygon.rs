@@ -128,8 +128,11 @@ impl<const N: usize> ScreenPolygon<N> {
         self.corner = (viewport.rect().x, viewport.rect().y);
         self.outline.clear();
         self.vertices.clear();
+        let [near, far] = viewport.depth().map(f64::from);
         for vertex in polygon {
-            let (point, vertex) = projection.apply(vertex);
+            let (point, mut vertex) = projection.apply(vertex);
+            // Clipping has brought it here but for rounding.
+            vertex.values.z = vertex.values.z.clamp(near.min(far), near.max(far));
             self.outline.push(point);
             self.vertices.push(vertex);
         }

@@ -241,8 +241,11 @@ impl<const N: usize> Projection<N> {
 fn to_screen(x: f64, w: f64, size: u32) -> (f64, i32) {
     // Adding and subtracting 1.5 * 2^52 leaves no fraction bits: round half to even.
     const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
+    // The guard band ends within 98,304 pixels of the middle. Only vertices clipped from positions
+    // beyond 2^50, where f64 runs out of bits, may be found outside of it.
+    const LIMIT: f64 = (SUBPIXELS * (1 << 17)) as f64;
     let scale = f64::from(size) * f64::from(SUBPIXELS / 2);
     let centred = x * scale / w;
-    let rounded = (centred + ROUND) - ROUND;
+    let rounded = (centred.clamp(-LIMIT, LIMIT) + ROUND) - ROUND;
     ((centred + scale) / f64::from(SUBPIXELS), (rounded + scale) as i32)
 }

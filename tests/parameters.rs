@@ -27,8 +27,7 @@ fn worst_error<const N: usize>(shape: &Shape<N>, window: Window) -> (f64, usize)
     let polygon = vertices(shape);
     let largest = largest(&polygon);
     let Some(triple) = oracle::best_triple(&shape.positions) else { return (0.0, 0) };
-    let outline =
-        oracle::unrounded_outline(&shape.positions, window, Depth::ZeroToOne, 65536.0);
+    let outline = oracle::unrounded_outline(&shape.positions, window, Depth::ZeroToOne, 65536.0);
     let mut scan = ScanConverter::new(viewport(window));
     let (mut worst, mut pixels) = (0.0f64, 0);
     for span in scan.spans(&polygon) {
@@ -37,13 +36,12 @@ fn worst_error<const N: usize>(shape: &Shape<N>, window: Window) -> (f64, usize)
             if oracle::distance_outside(&outline, point) > 0.0 {
                 continue;
             }
-            let exact =
-                oracle::sample(&shape.positions, &shape.parameters, triple, window, point);
+            let exact = oracle::sample(&shape.positions, &shape.parameters, triple, window, point);
             let Some(exact) = exact else { continue };
             pixels += 1;
-            for i in 0..N {
+            for (i, largest) in largest.iter().enumerate() {
                 let error = (f64::from(fragment.params[i]) - exact.values[i]).abs();
-                worst = worst.max(error / largest[i].max(f64::MIN_POSITIVE));
+                worst = worst.max(error / largest.max(f64::MIN_POSITIVE));
             }
             worst = worst.max((f64::from(fragment.depth) - exact.z_over_w).abs());
             worst = worst.max((f64::from(fragment.w) / exact.w - 1.0).abs());
@@ -249,9 +247,9 @@ fn change_by_rotation(interpolation: Interpolation) -> f32 {
         found.expect("the middle is visible")
     };
     let upright = middle(0);
-    (1..12).map(middle).fold(0.0, |most, uv| {
-        most.max((uv[0] - upright[0]).abs()).max((uv[1] - upright[1]).abs())
-    })
+    (1..12)
+        .map(middle)
+        .fold(0.0, |most, uv| most.max((uv[0] - upright[0]).abs()).max((uv[1] - upright[1]).abs()))
 }
 
 #[test]
@@ -313,10 +311,8 @@ fn equal_w_gives_the_coverage_and_the_parameters_of_the_general_path() {
     for seed in 0..50 {
         let rng = &mut Rng::new(seed);
         let flat = vertices(&generators::random_triangle::<2>(rng, 1.0, 1.5));
-        let flat: Vec<_> = flat
-            .iter()
-            .map(|v| Vertex::new(v.position * (1.0 / v.position.w), v.params))
-            .collect();
+        let flat: Vec<_> =
+            flat.iter().map(|v| Vertex::new(v.position * (1.0 / v.position.w), v.params)).collect();
         // Scaled by powers of two, a homogeneous position stays exactly the same point.
         let mut general = flat.clone();
         for (vertex, scale) in general.iter_mut().zip([1.0, 2.0, 4.0]) {

@@ -1,0 +1,298 @@
+//! OBJ text, checked and rewritten in the plain form that `tobj` reads without surprise.
+//!
+//! `tobj` counts no lines, takes `l` for a face, fails on tabs, trusts indices, and at a corner
+//! without a texture coordinate or normal quietly repeats the one of the corner before. So each
+//! line is checked here, where its number is known, and written again:
+//!
+//! - `v` and `vn` with three numbers, `vt` with two;
+//! - every corner as `v/vt/vn`, counted from the beginning of the file. The first `vt` is NaN and
+//!   the first `vn` zero, values that stand for "none" and that no checked file can have itself;
+//! - faces gathered by material, after all `v`, `vt` and `vn`: a face may stand above what it
+//!   refers to, and `tobj` makes one mesh per material.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use super::{LineError, MAX_CORNERS, MAX_LIBRARIES, MAX_MATERIALS};
+
+/// An OBJ file in plain form.
+pub(super) struct Plain {
+    /// The lines `v`, `vt` and `vn`.
+    attributes: String,
+    /// The faces of each material, first those that name none.
+    groups: Vec<Group>,
+    /// What `mtllib` lines name.
+    pub(super) libraries: Vec<String>,
+}
+
+struct Group {
+    /// The name that `usemtl` gives; empty in the first.
+    material: String,
+    /// The first line with that name.
+    line: usize,
+    faces: String,
+}
+
+impl Plain {
+    pub(super) fn has_faces(&self) -> bool {
+        self.groups.iter().any(|group| !group.faces.is_empty())
+    }
+
+    /// The materials that faces name, each with the line that first names it.
+    pub(super) fn materials(&self) -> impl Iterator<Item = (usize, &str)> {
+        let used = self.groups.iter().skip(1).filter(|group| !group.faces.is_empty());
+        used.map(|group| (group.line, group.material.as_str()))
+    }
+
+    pub(super) fn into_text(self) -> String {
+        let mut text = self.attributes;
+        for group in self.groups.into_iter().filter(|group| !group.faces.is_empty()) {
+            if !group.material.is_empty() {
+                text.extend(["usemtl ", &group.material, "\n"]);
+            }
+            text.push_str(&group.faces);
+        }
+        text
+    }
+}
+
+/// Checks and rewrites an OBJ file; an error comes with its line, counted from 1.
+pub(super) fn rewrite(text: &str) -> Result<Plain, (usize, LineError)> {
+    let mut rewriter = Rewriter::new();
+    for (line, statement) in statements(text) {
+        rewriter.line = line;
+        let (keyword, rest) = split_word(&statement);
+        rewriter.statement(keyword, rest).map_err(|cause| (line, cause))?;
+    }
+    rewriter.finish()
+}
+
+/// What a corner refers to: in the order of `v/vt/vn`, and with what the plain text has in front.
+struct Attribute {
+    what: &'static str,
+    keyword: &'static str,
+    /// How many numbers it has, and how many of them the file must give.
+    size: usize,
+    needed: usize,
+    /// How many values that the file does not have stand in front.
+    shift: u64,
+}
+
+const ATTRIBUTES: [Attribute; 3] = [
+    Attribute { what: "position", keyword: "v", size: 3, needed: 3, shift: 0 },
+    Attribute { what: "texture coordinate", keyword: "vt", size: 2, needed: 1, shift: 1 },
+    Attribute { what: "normal", keyword: "vn", size: 3, needed: 3, shift: 1 },
+];
+
+struct Rewriter {
+    plain: Plain,
+    group_of: HashMap<String, usize>,
+    /// The group that faces go to.
+    group: usize,
+    line: usize,
+    corners: u64,
+    /// How many of each of [`ATTRIBUTES`] there are so far.
+    counts: [u64; 3],
+    /// The highest index to each, and the line that has it; compared with the counts at the end.
+    highest: [(u64, usize); 3],
+}
+
+impl Rewriter {
+    fn new() -> Self {
+        let attributes = "mtllib -\nvt nan nan\nvn 0 0 0\n".to_owned();
+        let groups = vec![Group { material: String::new(), line: 0, faces: String::new() }];
+        Self {
+            plain: Plain { attributes, groups, libraries: Vec::new() },
+            group_of: HashMap::new(),
+            group: 0,
+            line: 0,
+            corners: 0,
+            counts: [0; 3],
+            highest: [(0, 0); 3],
+        }
+    }
+
+    fn statement(&mut self, keyword: &str, rest: &str) -> Result<(), LineError> {
+        match keyword {
+            "v" => self.attribute(0, rest)?,
+            "vt" => self.attribute(1, rest)?,
+            "vn" => self.attribute(2, rest)?,
+            "f" => self.face(rest)?,
+            "usemtl" => self.use_material(rest)?,
+            "mtllib" => self.library(rest),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn attribute(&mut self, kind: usize, rest: &str) -> Result<(), LineError> {
+        let Attribute { what, keyword, size, needed, .. } = ATTRIBUTES[kind];
+        let out = &mut self.plain.attributes;
+        out.push_str(keyword);
+        let mut found = 0;
+        for word in words(rest).take(size) {
+            finite(what, word)?;
+            out.extend([" ", word]);
+            found += 1;
+        }
+        if found < needed {
+            return Err(LineError::TooFewNumbers { what, needed, found });
+        }
+        // A texture coordinate along a line has no v.
+        out.extend((found..size).map(|_| " 0"));
+        out.push('\n');
+        self.counts[kind] += 1;
+        Ok(())
+    }
+
+    fn face(&mut self, rest: &str) -> Result<(), LineError> {
+        let found = words(rest).count();
+        if found < 3 {
+            return Err(LineError::TooFewCorners { found });
+        }
+        self.corners += found as u64;
+        if self.corners > MAX_CORNERS {
+            return Err(LineError::TooMany { what: "face corners", limit: MAX_CORNERS });
+        }
+        self.plain.groups[self.group].faces.push('f');
+        for word in words(rest) {
+            let [v, vt, vn] = self.corner(word)?;
+            // A string takes whatever is written.
+            let _ = write!(self.plain.groups[self.group].faces, " {v}/{vt}/{vn}");
+        }
+        self.plain.groups[self.group].faces.push('\n');
+        Ok(())
+    }
+
+    /// What a corner refers to, counted from 1 in the plain text.
+    fn corner(&mut self, word: &str) -> Result<[u64; 3], LineError> {
+        let mut parts = word.split('/');
+        let parts = [parts.next(), parts.next(), parts.next(), parts.next()];
+        let [Some(v), vt, vn, None] = parts else {
+            return Err(LineError::Corner { word: excerpt(word) });
+        };
+        let position = self.resolve(0, v, word)?;
+        let mut optional = |kind, part: Option<&str>| match part {
+            None | Some("") => Ok(1),
+            Some(part) => self.resolve(kind, part, word),
+        };
+        Ok([position, optional(1, vt)?, optional(2, vn)?])
+    }
+
+    fn resolve(&mut self, kind: usize, part: &str, word: &str) -> Result<u64, LineError> {
+        let Attribute { what, shift, .. } = ATTRIBUTES[kind];
+        let count = self.counts[kind];
+        let index: i64 = part.parse().map_err(|_| LineError::Corner { word: excerpt(word) })?;
+        let from_one = match index {
+            0 => return Err(LineError::ZeroIndex { what, word: excerpt(word) }),
+            1.. => index.unsigned_abs(),
+            // -1 is the one just above.
+            _ => (count + 1)
+                .checked_sub(index.unsigned_abs())
+                .filter(|&from_one| from_one > 0)
+                .ok_or(LineError::IndexOutOfRange { what, index, count })?,
+        };
+        self.highest[kind] = self.highest[kind].max((from_one, self.line));
+        Ok(from_one + shift)
+    }
+
+    fn use_material(&mut self, name: &str) -> Result<(), LineError> {
+        if name.is_empty() {
+            self.group = 0;
+            return Ok(());
+        }
+        if let Some(&group) = self.group_of.get(name) {
+            self.group = group;
+            return Ok(());
+        }
+        self.group = self.plain.groups.len();
+        if self.group > MAX_MATERIALS {
+            return Err(LineError::TooMany { what: "materials", limit: MAX_MATERIALS as u64 });
+        }
+        self.group_of.insert(name.to_owned(), self.group);
+        self.plain.groups.push(Group {
+            material: name.to_owned(),
+            line: self.line,
+            faces: String::new(),
+        });
+        Ok(())
+    }
+
+    fn library(&mut self, names: &str) {
+        let libraries = &mut self.plain.libraries;
+        // Some programs repeat the line for every object.
+        if libraries.last().is_none_or(|last| last != names) && libraries.len() < MAX_LIBRARIES {
+            libraries.push(names.to_owned());
+        }
+    }
+
+    fn finish(self) -> Result<Plain, (usize, LineError)> {
+        for ((attribute, count), (index, line)) in
+            ATTRIBUTES.iter().zip(self.counts).zip(self.highest)
+        {
+            if index > count {
+                // It was read as an i64.
+                let index = index as i64;
+                let what = attribute.what;
+                return Err((line, LineError::IndexOutOfRange { what, index, count }));
+            }
+        }
+        Ok(self.plain)
+    }
+}
+
+/// Lines that say something, trimmed, each with its number from 1. A line that ends in a backslash
+/// is joined with the next, unless it is a comment: some end in the name of a folder.
+pub(super) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text.lines().map(str::trim).zip(1..);
+    let joined = std::iter::from_fn(move || {
+        let (mut part, line) = lines.next()?;
+        let mut joined = String::new();
+        while let Some(head) = part.strip_suffix('\\')
+            && !part.starts_with('#')
+        {
+            joined.extend([head, " "]);
+            part = lines.next().map_or("", |(next, _)| next);
+        }
+        if joined.is_empty() {
+            return Some((line, Cow::Borrowed(part)));
+        }
+        joined.push_str(part);
+        Some((line, Cow::Owned(joined)))
+    });
+    joined.filter(|(_, statement)| !statement.is_empty() && !statement.starts_with('#'))
+}
+
+/// The first word, and what follows it.
+pub(super) fn split_word(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    (word, rest.trim_start())
+}
+
+/// The words of a line of numbers, up to a comment.
+pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split_whitespace().take_while(|word| !word.starts_with('#'))
+}
+
+/// The number that a word stands for.
+pub(super) fn finite(what: &'static str, word: &str) -> Result<f32, LineError> {
+    let number: f32 =
+        word.parse().map_err(|_| LineError::NotANumber { what, word: excerpt(word) })?;
+    if number.is_finite() {
+        Ok(number)
+    } else {
+        Err(LineError::NotFinite { what, word: excerpt(word) })
+    }
+}
+
+/// A word as a message can show it: at most 40 characters, none that would upset a terminal.
+fn excerpt(word: &str) -> String {
+    let mut start: String = word.chars().filter(|c| !c.is_control()).take(40).collect();
+    if start.len() < word.len() {
+        start.push_str("...");
+    }
+    start
+}

@@ -1,0 +1,190 @@
+//! Contract 3: any input is safe, and fragments keep to the range of their polygon.
+
+mod common;
+
+use common::generators::Rng;
+use glam::{Vec4, vec4};
+use polyscan::{
+    ClipPlane, ClipSpace, Cull, DepthSource, DepthTest, Framebuffer, Interpolation, Rect,
+    ScanConverter, Vertex, Viewport, ZBuffer,
+};
+
+/// Numbers that break things.
+const ODD: [f32; 20] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    f32::MIN_POSITIVE,
+    -f32::MIN_POSITIVE,
+    1e-45,
+    -1e-45,
+    1e-20,
+    1e10,
+    -1e10,
+    1e20,
+    f32::MAX,
+    f32::MIN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::NAN,
+    0.5,
+    65536.0,
+    f32::EPSILON,
+];
+
+/// A number: odd, of any bits, or usual.
+fn number(rng: &mut Rng, oddness: usize) -> f32 {
+    match rng.below(oddness) {
+        0 => ODD[rng.below(ODD.len())],
+        1 => f32::from_bits(rng.bits() as u32),
+        _ => rng.range(-2.0, 2.0) as f32,
+    }
+}
+
+fn polygon<const N: usize>(rng: &mut Rng) -> Vec<Vertex<N>> {
+    let sides = if rng.once_in(50) { rng.below(300) } else { rng.below(8) };
+    let oddness = [3, 6, 20, 60][rng.below(4)];
+    let vertex = |rng: &mut Rng| {
+        let position = Vec4::from_array(std::array::from_fn(|_| number(rng, oddness)));
+        Vertex::new(position, std::array::from_fn(|_| number(rng, oddness)))
+    };
+    let mut polygon: Vec<_> = (0..sides).map(|_| vertex(rng)).collect();
+    if rng.once_in(3) && !polygon.is_empty() {
+        // All w alike.
+        let w = polygon[0].position.w;
+        polygon.iter_mut().for_each(|v| v.position.w = w);
+    }
+    polygon
+}
+
+fn viewport(rng: &mut Rng) -> Viewport {
+    let side = |rng: &mut Rng| [0, 1, 2, 7, 64, 65_536][rng.below(6)];
+    let (width, height) = (side(rng), if rng.once_in(20) { 65_536 } else { side(rng).min(64) });
+    let viewport = Viewport::new(width, height).expect("at most 65536");
+    if rng.once_in(2) { viewport } else { viewport.at(rng.bits() as i32, rng.bits() as i32) }
+}
+
+fn scan<const N: usize>(rng: &mut Rng) -> ScanConverter<N> {
+    let mut scan = ScanConverter::new(viewport(rng));
+    let any = |rng: &mut Rng| rng.bits() as u32;
+    if rng.once_in(3) {
+        let [x, y, width, height] = std::array::from_fn(|_| any(rng));
+        scan.scissor = Some(Rect { x: x as i32, y: y as i32, width, height });
+    }
+    scan.clip_space = [ClipSpace::ZeroToOne, ClipSpace::MinusOneToOne][rng.below(2)];
+    scan.cull = [Cull::None, Cull::Clockwise, Cull::CounterClockwise][rng.below(3)];
+    scan.interpolation = std::array::from_fn(|_| {
+        [Interpolation::Perspective, Interpolation::Linear, Interpolation::Flat][rng.below(3)]
+    });
+    if rng.once_in(4) {
+        let plane = |rng: &mut Rng| {
+            ClipPlane::new(Vec4::from_array(std::array::from_fn(|_| number(rng, 6))))
+        };
+        scan.planes = (0..rng.below(40)).map(|_| plane(rng)).collect();
+    }
+    scan
+}
+
+/// Draws a polygon and checks what may be said of any fragment.
+fn check<const N: usize>(scan: &mut ScanConverter<N>, polygon: &[Vertex<N>], fragments: usize) {
+    let rect = scan.viewport.rect();
+    let w = polygon.iter().map(|v| v.position.w);
+    let w_range = (w.clone().fold(f32::MAX, f32::min), w.fold(f32::MIN, f32::max));
+    let mut left = fragments;
+    for span in scan.spans(polygon) {
+        let (x, y) = (span.x(), span.y());
+        assert!(!x.is_empty(), "an empty span");
+        let inside = |pixel: i32, start: i32, size: u32| {
+            pixel >= start && i64::from(pixel) < i64::from(start) + i64::from(size)
+        };
+        assert!(inside(x.start, rect.x, rect.width) && inside(x.end - 1, rect.x, rect.width));
+        assert!(inside(y, rect.y, rect.height));
+        for fragment in span.fragments().take(left.min(40)) {
+            assert!(x.contains(&fragment.x) && fragment.y == y);
+            assert!((0.0..=1.0).contains(&fragment.depth), "depth {}", fragment.depth);
+            assert!(
+                fragment.w > 0.0 && fragment.w >= w_range.0 && fragment.w <= w_range.1,
+                "w {} of {w_range:?} in {polygon:?}",
+                fragment.w
+            );
+            left -= 1;
+        }
+        let _ = span.fragments().next().map(|fragment| fragment.derivatives());
+    }
+}
+
+#[test]
+fn nothing_panics_and_fragments_keep_their_range() {
+    for seed in 0..4000 {
+        let rng = &mut Rng::new(seed);
+        check::<2>(&mut scan(rng), &polygon(rng), 300);
+        check::<0>(&mut scan(rng), &polygon(rng), 300);
+        check::<5>(&mut scan(rng), &polygon(rng), 300);
+    }
+}
+
+#[test]
+fn parameters_of_any_size_near_the_eye_stay_finite() {
+    for w in [1e-37, 1e-20, 1.0, 1e20, 1e37] {
+        let corners = [(-1.0, -1.0, 1.0), (1.0, -1.0, 1.5), (0.0, 1.0, 3.0)];
+        let triangle =
+            corners.map(|(x, y, k)| Vertex::new(vec4(x, y, 0.5, 1.0) * (w * k), [1e37, -1e37 * k]));
+        let mut scan = ScanConverter::new(Viewport::new(16, 16).expect("small"));
+        let mut seen = 0;
+        for span in scan.spans(&triangle) {
+            for f in span.fragments() {
+                assert!((f.params[0] / 1e37 - 1.0).abs() < 1e-6, "{} at w {w}", f.params[0]);
+                assert!((f.params[1] / -1e37 - f.w / w).abs() < 1e-5, "{} at w {w}", f.params[1]);
+                seen += 1;
+            }
+        }
+        assert!(seen > 100);
+    }
+}
+
+#[test]
+fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
+    for seed in 0..2000 {
+        let rng = &mut Rng::new(seed);
+        let mut frame = Framebuffer::new(rng.below(40) as u32, rng.below(30) as u32, 7u8)
+            .expect("a small frame");
+        let mut renderer = ZBuffer::<2>::new(frame.viewport());
+        if rng.once_in(2) {
+            renderer.scan = scan(rng);
+        }
+        renderer.depth_test =
+            [DepthTest::Less, DepthTest::Always, DepthTest::GreaterEqual][rng.below(3)];
+        renderer.depth_source = [DepthSource::Z, DepthSource::InverseW][rng.below(2)];
+        for _ in 0..4 {
+            let polygon = polygon(rng);
+            renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
+            renderer.draw_depth(&mut frame, &polygon);
+        }
+        let faces = [vec![], vec![0, 1], vec![0, 1, 2], vec![2, 1, 9_999_999], vec![3, 3, 3, 3]];
+        renderer.draw_mesh(&mut frame, &polygon(rng), faces, |_| 2);
+        assert!(frame.color().iter().all(|c| [1, 2, 7].contains(c)));
+    }
+}
+
+#[test]
+fn a_viewport_of_65536_pixels_is_drawn_like_any_other() {
+    let viewport = Viewport::new(65_536, 65_536).expect("the largest");
+    assert!(Viewport::new(65_537, 1).is_err() && Framebuffer::new(1, 65_537, 0u8).is_err());
+    let mut scan = ScanConverter::new(viewport);
+    let corners = [(-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)];
+    let triangle = corners.map(|(x, y)| Vertex::new(vec4(x, y, 0.0, 1.0), [x, y]));
+    let (mut pixels, mut rows) = (0u64, 0);
+    for span in scan.spans(&triangle) {
+        pixels += span.x().len() as u64;
+        rows += 1;
+        if rows % 500 != 0 {
+            continue;
+        }
+        let last = span.fragments().last().expect("spans are not empty");
+        let exact = (f64::from(last.x) + 0.5) / 32_768.0 - 1.0;
+        assert!((f64::from(last.params[0]) - exact).abs() < 1e-6);
+    }
+    // The diagonal runs through pixel centres, which belong to what is on its right.
+    assert_eq!((pixels, rows), (65_536 * 65_535 / 2, 65_535));
+}
