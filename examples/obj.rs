@@ -170,13 +170,13 @@ struct Camera {
 }
 
 impl Camera {
-    /// A camera that sees the whole sphere around the model's box.
+    /// A camera that sees the whole of a sphere around the model, from whatever side.
     fn around(model: &Model, aspect: f32, yaw: f32, pitch: f32) -> Self {
         let (low, high) = model.bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
         let centre = (low + high) / 2.0;
-        let radius = (high - low).length() / 2.0;
-        // A flat or tiny model is no reason to divide by zero.
-        let radius = radius.max(f32::MIN_POSITIVE.sqrt());
+        let distances = model.vertices.iter().map(|vertex| vertex.position.distance(centre));
+        // A model that is a point is no reason to divide by zero.
+        let radius = distances.fold(f32::MIN_POSITIVE.sqrt(), f32::max);
         let narrow = ((FIELD_OF_VIEW / 2.0).tan() * aspect.min(1.0)).atan();
         let distance = radius / narrow.sin();
         let (sin_yaw, cos_yaw) = yaw.to_radians().sin_cos();

@@ -112,3 +112,8 @@ pub use scan::{Cull, ScanConverter};
 pub use span::Span;
 pub use texture::Texture;
 pub use vertex::{Interpolation, Parameter, Vertex};
+
+/// The README's code, compiled and run.
+#[cfg(all(doctest, feature = "image"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

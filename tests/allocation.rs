@@ -1,0 +1,61 @@
+//! Contract 7: nothing is allocated once the first polygons have been drawn.
+
+use std::alloc::System;
+
+use glam::vec4;
+use polyscan::{Framebuffer, Vertex, ZBuffer};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+
+#[global_allocator]
+static COUNTING: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Triangles, n-gons, clipped and concave ones.
+fn polygons() -> Vec<Vec<Vertex<3>>> {
+    let circle = |sides: usize, radius: f32, dent: f32, z: f32| -> Vec<Vertex<3>> {
+        (0..sides)
+            .map(|i| {
+                let angle = std::f32::consts::TAU * i as f32 / sides as f32;
+                let r = if i % 2 == 0 { radius } else { radius * dent };
+                let w = 1.0 + 0.4 * angle.cos();
+                Vertex::new(
+                    vec4(r * angle.cos(), r * angle.sin(), (0.4 + z) * w, w),
+                    [angle.cos(), angle.sin(), i as f32],
+                )
+            })
+            .collect()
+    };
+    vec![
+        circle(3, 0.8, 1.0, 0.0),
+        circle(9, 0.9, 1.0, 0.1),
+        circle(12, 3.0, 1.0, 0.2),
+        circle(10, 0.9, 0.3, 0.0),
+        circle(7, 2.0, 0.5, 0.7),
+        circle(4, 1.5, 1.0, -0.2),
+    ]
+}
+
+/// How many times `work` allocates or reallocates when it is done again.
+fn allocations(mut work: impl FnMut()) -> usize {
+    work();
+    let region = Region::new(COUNTING);
+    work();
+    let change = region.change();
+    change.allocations + change.reallocations
+}
+
+#[test]
+fn nothing_is_allocated_in_the_steady_state() {
+    let polygons = polygons();
+    let mut frame = Framebuffer::new(100, 80, [0.0f32; 3]).expect("a small frame");
+    let mut renderer = ZBuffer::new(frame.viewport());
+    let drawing = allocations(|| {
+        frame.clear([0.0; 3], 1.0);
+        for polygon in &polygons {
+            renderer.draw(&mut frame, polygon, |f| f.params);
+            renderer.draw_depth(&mut frame, polygon);
+        }
+    });
+    assert_eq!(drawing, 0);
+    let collecting = allocations(|| drop(polygons.clone()));
+    assert!(collecting > 0, "the count works");
+}

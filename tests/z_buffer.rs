@@ -1,0 +1,193 @@
+//! The z-buffer renderer: depth tests, discarding, depth without colour, any colour type.
+
+mod common;
+
+use std::cell::Cell;
+
+use common::generators::{self, Rng};
+use common::vertices;
+use glam::vec4;
+use polyscan::{DepthSource, DepthTest, Framebuffer, Vertex, Viewport, ZBuffer};
+
+const TESTS: [DepthTest; 8] = [
+    DepthTest::Never,
+    DepthTest::Less,
+    DepthTest::Equal,
+    DepthTest::LessEqual,
+    DepthTest::Greater,
+    DepthTest::NotEqual,
+    DepthTest::GreaterEqual,
+    DepthTest::Always,
+];
+
+/// A square over the whole view at a depth.
+fn square(z: f32) -> [Vertex<0>; 4] {
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(x, y)| Vertex::new(vec4(x, y, z, 1.0), []))
+}
+
+fn frame<C: Copy>(color: C) -> Framebuffer<C> {
+    Framebuffer::new(20, 2, color).expect("a small frame")
+}
+
+#[test]
+fn the_eight_comparisons() {
+    // Whether less, equal and greater depths pass each test.
+    let passes = [
+        [false, false, false],
+        [true, false, false],
+        [false, true, false],
+        [true, true, false],
+        [false, false, true],
+        [true, false, true],
+        [false, true, true],
+        [true, true, true],
+    ];
+    for (test, passes) in TESTS.into_iter().zip(passes) {
+        for (z, pass) in [0.25, 0.5, 0.75].into_iter().zip(passes) {
+            for depth_write in [true, false] {
+                let mut frame = frame(0u32);
+                frame.clear(0, 0.5);
+                let mut renderer = ZBuffer::new(frame.viewport());
+                (renderer.depth_test, renderer.depth_write) = (test, depth_write);
+                renderer.draw(&mut frame, &square(z), |_| 1);
+                let color = u32::from(pass);
+                let depth = if pass && depth_write { z } else { 0.5 };
+                assert!(frame.color().iter().all(|&c| c == color), "{test:?} at {z}");
+                assert!(frame.depth().iter().all(|&d| d == depth), "{test:?} at {z}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_discarded_fragment_leaves_colour_and_depth() {
+    let mut frame = frame('.');
+    let mut renderer = ZBuffer::new(frame.viewport());
+    renderer.draw(&mut frame, &square(0.5), |f| (f.x % 3 == 0).then_some('#'));
+    for (i, (&color, &depth)) in frame.color().iter().zip(frame.depth()).enumerate() {
+        let expected = if i % 20 % 3 == 0 { ('#', 0.5) } else { ('.', 1.0) };
+        assert_eq!((color, depth), expected);
+    }
+}
+
+#[test]
+fn depth_alone_is_never_shaded_and_hides_what_is_behind() {
+    let mut frame = frame(0u8);
+    let mut renderer = ZBuffer::new(frame.viewport());
+    renderer.draw_depth(&mut frame, &square(0.5));
+    assert!(frame.color().iter().all(|&c| c == 0) && frame.depth().iter().all(|&d| d == 0.5));
+    let shaded = Cell::new(0);
+    let mut draw = |z, test| {
+        renderer.depth_test = test;
+        shaded.set(0);
+        renderer.draw(&mut frame, &square(z), |_| {
+            shaded.set(shaded.get() + 1);
+            1
+        });
+        shaded.get()
+    };
+    assert_eq!(draw(0.6, DepthTest::Less), 0);
+    assert_eq!(draw(0.5, DepthTest::Equal), 40);
+}
+
+#[test]
+fn the_depth_range_and_reversed_depth() {
+    let viewport = Viewport::new(20, 2).expect("small").with_depth(1.0, 0.0);
+    let mut frame = frame(0u8);
+    frame.clear(0, 0.0);
+    let mut renderer = ZBuffer::new(viewport);
+    renderer.depth_test = DepthTest::Greater;
+    renderer.draw(&mut frame, &square(0.75), |_| 1);
+    renderer.draw(&mut frame, &square(0.25), |_| 2);
+    renderer.draw(&mut frame, &square(0.5), |_| 3);
+    assert_eq!(frame.pixel(3, 1), Some((2, 0.75)));
+    assert_eq!(frame.pixel(20, 1), None);
+}
+
+/// The number of the visible triangle at each pixel, with depth from z or from 1/w.
+fn visible(source: DepthSource, scene: &[Vec<Vertex<0>>]) -> Vec<usize> {
+    let mut frame = Framebuffer::new(80, 60, usize::MAX).expect("a small frame");
+    let mut renderer = ZBuffer::new(frame.viewport());
+    renderer.depth_source = source;
+    if source == DepthSource::InverseW {
+        frame.clear(usize::MAX, 0.0);
+        renderer.depth_test = DepthTest::Greater;
+    }
+    for (number, polygon) in scene.iter().enumerate() {
+        renderer.draw(&mut frame, polygon, |_| number);
+    }
+    frame.color().to_vec()
+}
+
+#[test]
+fn one_over_w_as_depth_gives_the_same_picture_in_perspective() {
+    let rng = &mut Rng::new(5);
+    let scene: Vec<_> = (0..30)
+        .map(|_| {
+            let mut triangle = vertices(&generators::random_triangle::<0>(rng, 20.0, 1.2));
+            // What a perspective matrix with near plane 1/2 and an infinite far plane gives.
+            triangle.iter_mut().for_each(|v| v.position.z = v.position.w - 0.5);
+            triangle
+        })
+        .collect();
+    let [by_z, by_w] = [DepthSource::Z, DepthSource::InverseW].map(|s| visible(s, &scene));
+    let different = by_z.iter().zip(&by_w).filter(|(a, b)| a != b).count();
+    // The two round differently where triangles cross.
+    assert!(different <= 3, "{different} pixels differ");
+    assert!(by_z.iter().filter(|&&n| n < 30).count() > 1000);
+}
+
+#[test]
+fn orthographic_scenes_are_right_with_the_default_depth() {
+    let near_last = [square(0.9).to_vec(), square(0.1).to_vec()];
+    let near_first = [square(0.1).to_vec(), square(0.9).to_vec()];
+    assert!(visible(DepthSource::Z, &near_last).iter().all(|&n| n == 1));
+    assert!(visible(DepthSource::Z, &near_first).iter().all(|&n| n == 0));
+}
+
+#[test]
+fn a_mesh_is_drawn_face_by_face() {
+    let vertices = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
+        .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
+    let mut frame = frame('.');
+    let mut renderer = ZBuffer::new(frame.viewport());
+    let shaded = Cell::new(0);
+    let faces: [&[u32]; 4] = [&[0, 1, 2], &[0, 2, 3], &[0, 1, 7], &[0, 1]];
+    renderer.draw_mesh(&mut frame, &vertices, faces, |_| {
+        shaded.set(shaded.get() + 1);
+        '#'
+    });
+    assert_eq!(shaded.get(), 40, "the two triangles share an edge and nothing else");
+    assert!(frame.color().iter().all(|&c| c == '#'));
+}
+
+#[test]
+fn a_reduced_picture_has_the_means_of_its_blocks() {
+    let mut frame = Framebuffer::new(5, 4, 0.0f32).expect("a small frame");
+    for (i, (color, depth)) in (0u8..).zip(frame.color_mut().iter_mut().zip([0.5; 20])) {
+        *color = f32::from(i) + depth - 0.5;
+    }
+    frame.depth_mut()[6] = 0.25;
+    let half = frame.reduced(2).expect("smaller");
+    assert_eq!((half.width(), half.height()), (2, 2));
+    assert_eq!(half.color(), [3.0, 5.0, 13.0, 15.0]);
+    assert_eq!(half.depth(), [0.25, 1.0, 1.0, 1.0]);
+    assert_eq!(frame.reduced(0).expect("as it is"), frame);
+    assert_eq!(frame.reduced(9).expect("nothing left").color(), []);
+}
+
+#[cfg(feature = "image")]
+#[test]
+fn pictures_go_in_and_come_out() {
+    let picture = image::RgbaImage::from_fn(6, 4, |x, y| {
+        image::Rgba([x as u8 * 40, y as u8 * 60, 7, 255 - x as u8])
+    });
+    let mut frame = Framebuffer::try_from(&picture).expect("a small picture");
+    assert_eq!(frame.to_image(), picture);
+    let mut renderer = ZBuffer::new(frame.viewport());
+    renderer.draw(&mut frame, &square(0.5)[..3], |_| [1, 2, 3, 4]);
+    let drawn = frame.to_image();
+    assert_eq!(drawn.get_pixel(5, 3).0, [1, 2, 3, 4]);
+    assert_eq!(drawn.get_pixel(0, 0), picture.get_pixel(0, 0));
+}
