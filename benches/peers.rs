@@ -1,0 +1,199 @@
+//! The workloads w1 .. w6 that other renderers are timed on, read from the folder that the
+//! environment variable `PEERS_SCENES` names. Prints one line a scene, in the peers' format:
+//!
+//! ```text
+//! PEERS_SCENES=/tmp/peers cargo bench --bench peers -- w1 w3
+//! ```
+//!
+//! Times are the medians of all frames drawn in 0.9 seconds (`PB_MS` milliseconds if set), in
+//! milliseconds a frame. `RAYON_NUM_THREADS` sets the number of threads. With `DUMP` set, each
+//! picture is written to the folder as a PPM file.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use glam::{Mat4, Vec3};
+use polyscan::{ClipSpace, Cull, Framebuffer, Vertex, ZBuffer};
+
+const SCENES: [&str; 10] = ["w1", "w2b", "w2f", "w3", "w4", "w5_2", "w5_4", "w5_8", "w5_16", "w6"];
+
+/// A scene file: triangles with `parameters` floats at each vertex besides the position.
+struct Scene {
+    width: u32,
+    height: u32,
+    parameters: usize,
+    kind: Kind,
+    cull: bool,
+    clip_from_object: Mat4,
+    /// Position and parameters of each vertex.
+    vertices: Vec<f32>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// What the parameters are, by the number in the file.
+#[derive(Clone, Copy)]
+enum Kind {
+    Texture,
+    Normal,
+    Color,
+    Sum,
+}
+
+impl Scene {
+    fn load(folder: &Path, name: &str) -> Result<Self, Box<dyn Error>> {
+        let words = words(&folder.join(format!("{name}.bin")))?;
+        let [_, width, height, vertices, triangles, parameters, kind, cull] =
+            words.first_chunk().copied().ok_or("the header is incomplete")?;
+        let float = |word: &u32| f32::from_bits(*word);
+        let matrix: Vec<f32> = words[8..24].iter().map(float).collect();
+        let parameters = parameters as usize;
+        let end = 24 + vertices as usize * (3 + parameters);
+        Ok(Self {
+            width,
+            height,
+            parameters,
+            kind: [Kind::Texture, Kind::Normal, Kind::Color, Kind::Sum][kind as usize & 3],
+            cull: cull != 0,
+            // The file has it row by row.
+            clip_from_object: Mat4::from_cols_slice(&matrix).transpose(),
+            vertices: words[24..end].iter().map(float).collect(),
+            triangles: words[end..end + 3 * triangles as usize].as_chunks().0.to_vec(),
+        })
+    }
+
+    /// The vertices in clip space, into memory that is used again.
+    fn transform<const N: usize>(&self, clip: &mut Vec<Vertex<N>>) {
+        clip.clear();
+        clip.extend(self.vertices.chunks_exact(3 + N).map(|v| Vertex {
+            position: self.clip_from_object * Vec3::new(v[0], v[1], v[2]).extend(1.0),
+            params: std::array::from_fn(|i| v[3 + i]),
+        }));
+    }
+}
+
+fn words(path: &Path) -> Result<Vec<u32>, Box<dyn Error>> {
+    let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(bytes.as_chunks().0.iter().map(|&word| u32::from_le_bytes(word)).collect())
+}
+
+/// A float that is not negative as an integer, without the checks of `as`: they cost more than the
+/// rest of a simple shader.
+#[inline(always)]
+fn truncate(value: f32) -> u32 {
+    // From 2^23 on floats are whole numbers: adding rounds to nearest, so take half off before.
+    (value - 0.499_999_97 + 8_388_608.0).to_bits() & 0x007f_ffff
+}
+
+#[inline(always)]
+fn grey(level: f32) -> u32 {
+    0xff00_0000 | truncate(level) * 0x0001_0101
+}
+
+#[inline(always)]
+fn lit(normal: [f32; 3]) -> u32 {
+    const LIGHT: [f32; 3] = [0.398_015, 0.597_022, 0.696_526];
+    let dot = normal[0] * LIGHT[0] + normal[1] * LIGHT[1] + normal[2] * LIGHT[2];
+    grey(30.0 + 225.0 * dot.clamp(0.0, 1.0))
+}
+
+#[inline(always)]
+fn colored(rgb: [f32; 3]) -> u32 {
+    let [r, g, b] = rgb.map(|c| truncate(c.clamp(0.0, 1.0) * 255.0));
+    0xff00_0000 | r | g << 8 | b << 16
+}
+
+/// A texture of 512 x 512, repeated.
+#[inline(always)]
+fn textured(texture: &[u32; 512 * 512], [u, v]: [f32; 2]) -> u32 {
+    // 2^14 repetitions to the left and above are enough for any scene here.
+    let [column, row] = [u, v].map(|c| truncate(c * 512.0 + 4_194_304.0) & 511);
+    texture[(row << 9 | column) as usize]
+}
+
+#[inline(always)]
+fn summed<const N: usize>(params: &[f32; N]) -> u32 {
+    let sum = params.iter().fold(0.0, |sum, r| sum + r);
+    grey(sum * (1.0 / N as f32) * 255.0)
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Times frames: clearing and drawing apart.
+fn run<const N: usize>(
+    folder: &Path,
+    name: &str,
+    scene: &Scene,
+    shader: impl Fn(&[f32; N]) -> u32 + Sync,
+) -> Result<(), Box<dyn Error>> {
+    let mut frame = Framebuffer::new(scene.width, scene.height, 0u32)?;
+    let mut renderer = ZBuffer::<N>::new(frame.viewport());
+    renderer.scan.clip_space = ClipSpace::MinusOneToOne;
+    renderer.scan.cull = if scene.cull { Cull::Clockwise } else { Cull::None };
+    let mut vertices = Vec::new();
+    let budget = std::env::var("PB_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(900.0);
+    let (mut clears, mut renders, mut totals) = (Vec::new(), Vec::new(), Vec::new());
+    let start = Instant::now();
+    let milliseconds = |since: Instant| since.elapsed().as_secs_f64() * 1e3;
+    while renders.len() < 5 || milliseconds(start) < budget {
+        let begin = Instant::now();
+        frame.clear(0, 1.0);
+        let cleared = Instant::now();
+        scene.transform(&mut vertices);
+        renderer.draw_mesh(&mut frame, &vertices, &scene.triangles, |f| shader(&f.params));
+        renders.push(milliseconds(cleared));
+        totals.push(milliseconds(begin));
+        clears.push(totals[totals.len() - 1] - renders[renders.len() - 1]);
+    }
+    let covered = frame.depth().iter().filter(|&&depth| depth < 1.0).count();
+    if std::env::var_os("DUMP").is_some() {
+        dump(&folder.join(format!("{name}_polyscan.ppm")), &frame)?;
+    }
+    let render = median(&mut renders);
+    println!(
+        "RESULT polyscan {name} render={render:.4} total={:.4} clear={:.4} min_render={:.4} frames={} covered={covered}",
+        median(&mut totals),
+        median(&mut clears),
+        renders[0],
+        renders.len(),
+    );
+    Ok(())
+}
+
+fn dump(path: &Path, frame: &Framebuffer<u32>) -> Result<(), Box<dyn Error>> {
+    let mut bytes = format!("P6\n{} {}\n255\n", frame.width(), frame.height()).into_bytes();
+    bytes.extend(frame.color().iter().flat_map(|c| c.to_le_bytes().into_iter().take(3)));
+    Ok(std::fs::write(path, bytes)?)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let Some(folder) = std::env::var_os("PEERS_SCENES").map(PathBuf::from) else {
+        println!("skipped: PEERS_SCENES does not name the folder of the scenes");
+        return Ok(());
+    };
+    let mut names: Vec<_> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    if names.is_empty() {
+        names = SCENES.map(String::from).to_vec();
+    }
+    for name in &names {
+        let scene = Scene::load(&folder, name)?;
+        match (scene.kind, scene.parameters) {
+            (Kind::Texture, _) => {
+                let texels = words(&folder.join("tex.bin"))?;
+                let texture = texels.first_chunk().ok_or("tex.bin is not 512 x 512")?;
+                run(&folder, name, &scene, |&uv| textured(texture, uv))?;
+            }
+            (Kind::Normal, _) => run(&folder, name, &scene, |&normal| lit(normal))?,
+            (Kind::Color, _) => run(&folder, name, &scene, |&rgb| colored(rgb))?,
+            (Kind::Sum, 2) => run(&folder, name, &scene, summed::<2>)?,
+            (Kind::Sum, 4) => run(&folder, name, &scene, summed::<4>)?,
+            (Kind::Sum, 8) => run(&folder, name, &scene, summed::<8>)?,
+            (Kind::Sum, 16) => run(&folder, name, &scene, summed::<16>)?,
+            (Kind::Sum, n) => return Err(format!("{name} has {n} parameters").into()),
+        }
+    }
+    Ok(())
+}
