@@ -10,7 +10,7 @@
 //! or not. So a fragment is a function of the polygon and the pixel alone, and a picture is the
 //! same to the bit however it is cut into tiles.
 
-use std::ops::Range;
+use fearless_simd::{Level, Simd, SimdBase, SimdFrom, dispatch, f32x16};
 
 use crate::polygon::WRange;
 use crate::span::Span;
@@ -19,7 +19,7 @@ use crate::span::Span;
 pub const LANES: usize = 16;
 
 /// One value for each pixel of a block.
-pub(crate) type Lanes = [f32; LANES];
+pub type Lanes = [f32; LANES];
 
 /// How far 1/w may fall along a block for it to be evaluated in f32. The rounding error of s and
 /// 1/w is about 2^-23 of the larger end of the block; divided by the smaller one, and with both
@@ -54,7 +54,7 @@ impl<const N: usize> Fragment<'_, N> {
 #[derive(Clone, Debug)]
 pub struct Fragments<'a, const N: usize> {
     blocks: Blocks<'a, N>,
-    block: Option<(Block<'a, N>, Lanes, Params<N>)>,
+    block: Option<FragmentBlock<'a, N>>,
 }
 
 impl<'a, const N: usize> Fragments<'a, N> {
@@ -68,14 +68,52 @@ impl<'a, const N: usize> Iterator for Fragments<'a, N> {
 
     fn next(&mut self) -> Option<Fragment<'a, N>> {
         loop {
-            if let Some((block, depth, params)) = &mut self.block
-                && let Some(lane) = block.lanes.next()
+            if let Some(block) = &mut self.block
+                && block.visible != 0
             {
-                return Some(block.fragment(lane, depth[lane], params));
+                let lane = block.visible.trailing_zeros() as usize;
+                block.visible &= block.visible - 1;
+                return Some(block.fragment(lane));
             }
             let block = self.blocks.next()?;
-            let (depth, params) = (block.depth(), block.params());
-            self.block = Some((block, depth, params));
+            self.block = Some(dispatch!(Level::baseline(), simd => {
+                block.fragments(block.depth(simd), block.lanes(), block.params(simd))
+            }));
+        }
+    }
+}
+
+/// [`LANES`] neighbouring pixels of a row as arrays, for shaders that work on all of them at once.
+#[derive(Clone, Debug)]
+pub struct FragmentBlock<'a, const N: usize> {
+    /// The column of lane 0 on the framebuffer; lane i is at column x + i.
+    pub x: i32,
+    /// The row on the framebuffer.
+    pub y: i32,
+    /// Which lanes are drawn, a bit a lane, bit 0 for lane 0. The values of other lanes mean
+    /// nothing. A shader discards fragments by clearing their bits.
+    pub visible: u32,
+    /// Depths, as [`Fragment::depth`].
+    pub depth: Lanes,
+    /// The w of clip space, as [`Fragment::w`].
+    pub w: Lanes,
+    /// The parameters r_1 .. r_N, as [`Fragment::params`].
+    pub params: [Lanes; N],
+    span: &'a Span<'a, N>,
+}
+
+impl<'a, const N: usize> FragmentBlock<'a, N> {
+    /// One of the fragments. Lanes from [`LANES`] on are none; they give the last.
+    #[inline(always)]
+    pub fn fragment(&self, lane: usize) -> Fragment<'a, N> {
+        let lane = lane.min(LANES - 1);
+        Fragment {
+            x: self.x + lane as i32,
+            y: self.y,
+            depth: self.depth[lane],
+            w: self.w[lane],
+            params: std::array::from_fn(|i| self.params[i][lane]),
+            span: self.span,
         }
     }
 }
@@ -91,8 +129,9 @@ pub(crate) struct Blocks<'a, const N: usize> {
 impl<'a, const N: usize> Blocks<'a, N> {
     #[inline(always)]
     pub(crate) fn new(span: &'a Span<'a, N>) -> Self {
-        let skipped = (span.x.start - span.first) / LANES as i32;
-        Self { span, x: span.first + skipped * LANES as i32 }
+        // Arithmetic on u32 is cheaper, and a span begins at its first pixel or to the right.
+        let skipped = (span.x.start - span.first) as u32 / LANES as u32 * LANES as u32;
+        Self { span, x: span.first + skipped as i32 }
     }
 }
 
@@ -101,90 +140,98 @@ impl<'a, const N: usize> Iterator for Blocks<'a, N> {
 
     #[inline(always)]
     fn next(&mut self) -> Option<Block<'a, N>> {
-        let (span, x) = (self.span, self.x);
-        if x >= span.x.end {
-            return None;
-        }
+        let block = Block { span: self.span, x: self.x };
         self.x += LANES as i32;
-        let lane = |column: i32| (column - x).clamp(0, LANES as i32) as usize;
-        Some(Block { span, x, lanes: lane(span.x.start)..lane(span.x.end) })
+        (block.x < self.span.x.end).then_some(block)
     }
 }
 
-/// [`LANES`] neighbouring pixels of a span, of which those in `lanes` are visible.
+/// [`LANES`] neighbouring pixels of a span, of which at least one is visible.
 #[derive(Clone, Debug)]
 pub(crate) struct Block<'a, const N: usize> {
     span: &'a Span<'a, N>,
+    /// The column of lane 0, relative to the viewport.
     x: i32,
-    pub(crate) lanes: Range<usize>,
 }
 
 /// w and the parameters of the pixels of a block.
-#[derive(Clone, Debug)]
 pub(crate) struct Params<const N: usize> {
-    pub(crate) w: Lanes,
-    pub(crate) params: [Lanes; N],
+    w: Lanes,
+    params: [Lanes; N],
 }
 
 impl<'a, const N: usize> Block<'a, N> {
-    /// The visible columns on the framebuffer.
+    /// The column of lane 0 on the framebuffer. It may lie outside; visible lanes do not.
     #[inline(always)]
-    pub(crate) fn columns(&self) -> Range<i32> {
-        let x = self.span.polygon.corner.0 + self.x;
-        x + self.lanes.start as i32..x + self.lanes.end as i32
+    pub(crate) fn column(&self) -> i32 {
+        self.span.polygon.corner.0 + self.x
+    }
+
+    /// Which lanes belong to the span, a bit a lane.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> u32 {
+        let lane = |column: i32| (column - self.x).clamp(0, LANES as i32) as u32;
+        (1 << lane(self.span.x.end)) - (1 << lane(self.span.x.start))
     }
 
     /// The depths.
     #[inline(always)]
-    pub(crate) fn depth(&self) -> Lanes {
+    pub(crate) fn depth<S: Simd>(&self, simd: S) -> f32x16<S> {
         let (min, max) = self.span.polygon.z;
-        self.line(self.span.start.z, self.span.delta.z).map(|z| clamp(z, min, max))
+        self.line(simd, self.span.start.z, self.span.delta.z).max(min).min(max)
     }
 
     /// 1/w as depth: what grows towards the eye.
     #[inline(always)]
-    pub(crate) fn inverse_w(&self) -> Lanes {
+    pub(crate) fn inverse_w<S: Simd>(&self, simd: S) -> f32x16<S> {
         match self.span.polygon.w {
-            WRange::Constant { inv_w, .. } => [inv_w; LANES],
+            WRange::Constant { inv_w, .. } => f32x16::splat(simd, inv_w),
             WRange::Varying { min, max } => {
                 let per_unit = (1.0 / self.span.polygon.w_unit) as f32;
-                self.clamped_inverse_w(min, max).map(|v| v * per_unit)
+                self.clamped_inverse_w(simd, min, max) * per_unit
             }
         }
     }
 
     /// w and the parameters: one reciprocal a pixel, or none if w is constant.
     #[inline(always)]
-    pub(crate) fn params(&self) -> Params<N> {
+    pub(crate) fn params<S: Simd>(&self, simd: S) -> Params<N> {
         let Span { polygon, start, delta, .. } = self.span;
         match polygon.w {
             WRange::Constant { w, .. } => Params {
                 w: [w; LANES],
-                params: std::array::from_fn(|i| self.line(start.s[i], delta.s[i])),
+                params: std::array::from_fn(|i| self.line(simd, start.s[i], delta.s[i]).into()),
             },
             WRange::Varying { min, max } => {
-                let unit = polygon.w_unit as f32;
-                let per_unit = reciprocal(self.clamped_inverse_w(min, max));
+                let per_unit = reciprocal(self.clamped_inverse_w(simd, min, max));
                 let falls = self.falls();
-                let params = std::array::from_fn(|i| {
-                    let s = self.steep_line(start.s[i], delta.s[i], falls);
-                    let factor = if polygon.times_w[i] { per_unit } else { [1.0; LANES] };
-                    std::array::from_fn(|lane| s[lane] * factor[lane])
-                });
-                Params { w: per_unit.map(|w| w * unit), params }
+                let param = |i| {
+                    let s = self.steep_line(simd, start.s[i], delta.s[i], falls);
+                    if polygon.times_w[i] { s * per_unit } else { s }
+                };
+                Params {
+                    w: (per_unit * polygon.w_unit as f32).into(),
+                    params: std::array::from_fn(|i| param(i).into()),
+                }
             }
         }
     }
 
-    /// One pixel of the block.
+    /// The fragments of the block.
     #[inline(always)]
-    pub(crate) fn fragment(&self, lane: usize, depth: f32, params: &Params<N>) -> Fragment<'a, N> {
-        Fragment {
-            x: self.span.polygon.corner.0 + self.x + lane as i32,
+    pub(crate) fn fragments<S: Simd>(
+        &self,
+        depth: f32x16<S>,
+        visible: u32,
+        params: Params<N>,
+    ) -> FragmentBlock<'a, N> {
+        FragmentBlock {
+            x: self.column(),
             y: self.span.y(),
-            depth,
-            w: params.w[lane],
-            params: std::array::from_fn(|i| params.params[i][lane]),
+            visible,
+            depth: depth.into(),
+            w: params.w,
+            params: params.params,
             span: self.span,
         }
     }
@@ -192,9 +239,9 @@ impl<'a, const N: usize> Block<'a, N> {
     /// 1/w in the polygon's unit, kept in the polygon's range: a pixel centre may lie outside the
     /// polygon by the rounding of its outline.
     #[inline(always)]
-    fn clamped_inverse_w(&self, min: f32, max: f32) -> Lanes {
+    fn clamped_inverse_w<S: Simd>(&self, simd: S, min: f32, max: f32) -> f32x16<S> {
         let Span { start, delta, .. } = self.span;
-        self.steep_line(start.inv_w, delta.inv_w, self.falls()).map(|v| clamp(v, min, max))
+        self.steep_line(simd, start.inv_w, delta.inv_w, self.falls()).max(min).min(max)
     }
 
     /// Whether 1/w falls so much along the block that f32 is not enough.
@@ -213,35 +260,33 @@ impl<'a, const N: usize> Block<'a, N> {
 
     /// Something linear at all pixels of the block.
     #[inline(always)]
-    fn line(&self, start: f64, delta: f64) -> Lanes {
-        let (start, delta) = (self.at(start, delta) as f32, delta as f32);
-        std::array::from_fn(|lane| start + delta * lane as f32)
+    fn line<S: Simd>(&self, simd: S, start: f64, delta: f64) -> f32x16<S> {
+        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+        f32x16::simd_from(simd, LANE) * (delta as f32) + self.at(start, delta) as f32
     }
 
     /// The same, in f64 if the block is `steep`.
     #[inline(always)]
-    fn steep_line(&self, start: f64, delta: f64, steep: bool) -> Lanes {
+    fn steep_line<S: Simd>(&self, simd: S, start: f64, delta: f64, steep: bool) -> f32x16<S> {
         if !steep {
-            return self.line(start, delta);
+            return self.line(simd, start, delta);
         }
-        let start = self.at(start, delta);
-        std::array::from_fn(|lane| (start + delta * lane as f64) as f32)
+        f32x16::simd_from(simd, steep_lanes(self.at(start, delta), delta))
     }
 }
 
-/// `value` between `min` and `max`, in two instructions: unlike `f32::clamp` without regard to NaN.
-#[inline(always)]
-fn clamp(value: f32, min: f32, max: f32) -> f32 {
-    let value = if value > min { value } else { min };
-    if value < max { value } else { max }
+/// Something linear, each lane in f64: rarely needed, so kept out of the way.
+#[cold]
+fn steep_lanes(start: f64, delta: f64) -> Lanes {
+    std::array::from_fn(|lane| (start + delta * lane as f64) as f32)
 }
 
 /// The division of the rational linear method, once for each pixel of a block.
 #[inline(always)]
-fn reciprocal(values: Lanes) -> Lanes {
+fn reciprocal<S: Simd>(values: f32x16<S>) -> f32x16<S> {
     #[cfg(test)]
     tests::RECIPROCALS.with(|count| count.set(count.get() + 1));
-    values.map(|v| 1.0 / v)
+    f32x16::splat(values.simd, 1.0) / values
 }
 
 #[cfg(test)]

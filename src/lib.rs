@@ -104,7 +104,7 @@ pub mod texture;
 pub mod obj;
 
 pub use clip::{ClipPlane, ClipSpace};
-pub use fragment::Fragment;
+pub use fragment::{Fragment, FragmentBlock};
 pub use gradient::ParameterMatrix;
 pub use project::{Rect, SizeError, Viewport};
 pub use render::{DepthSource, DepthTest, Framebuffer, ZBuffer};

@@ -88,13 +88,32 @@ impl<C: Copy> Framebuffer<C> {
         Rect { x: 0, y: 0, width: self.width, height: self.height }
     }
 
-    /// Colours and depths of a row.
+    /// All rows as one band.
+    pub(crate) fn band(&mut self) -> Band<'_, C> {
+        Band {
+            first: 0,
+            width: self.width as usize,
+            color: &mut self.color,
+            depth: &mut self.depth,
+        }
+    }
+}
+
+/// Some neighbouring rows of a framebuffer.
+#[derive(Debug)]
+pub(crate) struct Band<'a, C> {
+    /// The first row.
+    first: i32,
+    width: usize,
+    pub(crate) color: &'a mut [C],
+    pub(crate) depth: &'a mut [f32],
+}
+
+impl<C> Band<'_, C> {
+    /// Where a row of the framebuffer begins in the band's slices.
     #[inline(always)]
-    pub(crate) fn row_mut(&mut self, y: i32) -> Option<(&mut [C], &mut [f32])> {
-        let width = self.width as usize;
-        let start = usize::try_from(y).ok()?.checked_mul(width)?;
-        let row = start..start.checked_add(width)?;
-        self.color.get_mut(row.clone()).zip(self.depth.get_mut(row))
+    pub(crate) fn row(&self, y: i32) -> usize {
+        (y - self.first) as usize * self.width
     }
 }
 

@@ -3,11 +3,16 @@
 //!
 //! The comparison comes before the reciprocal and the shader, so hidden pixels cost neither.
 
-use crate::fragment::{Block, Fragment, LANES, Lanes};
+use fearless_simd::{
+    Level, Select, Simd, SimdBase, SimdFrom, SimdMask, dispatch, f32x16, mask32x16,
+};
+
+use crate::fragment::{Block, Fragment, FragmentBlock, LANES, Lanes};
 use crate::project::Viewport;
-use crate::render::framebuffer::Framebuffer;
-use crate::render::shader::IntoColor;
+use crate::render::framebuffer::{Band, Framebuffer};
+use crate::render::shader::{DepthOnly, IntoColor, PerBlock, PerFragment, Shader};
 use crate::scan::ScanConverter;
+use crate::span::Span;
 use crate::vertex::Vertex;
 
 /// When a fragment passes, by its depth and the depth stored for its pixel.
@@ -35,21 +40,18 @@ pub enum DepthTest {
 impl DepthTest {
     /// Which lanes pass, a bit a lane.
     #[inline(always)]
-    fn passes(self, new: &Lanes, old: &Lanes) -> u32 {
-        #[inline(always)]
-        fn compare(new: &Lanes, old: &Lanes, test: impl Fn(f32, f32) -> bool) -> u32 {
-            (0..LANES).fold(0, |bits, lane| bits | u32::from(test(new[lane], old[lane])) << lane)
-        }
-        match self {
-            Self::Never => 0,
-            Self::Less => compare(new, old, |new, old| new < old),
-            Self::Equal => compare(new, old, |new, old| new == old),
-            Self::LessEqual => compare(new, old, |new, old| new <= old),
-            Self::Greater => compare(new, old, |new, old| new > old),
-            Self::NotEqual => compare(new, old, |new, old| new != old),
-            Self::GreaterEqual => compare(new, old, |new, old| new >= old),
-            Self::Always => (1 << LANES) - 1,
-        }
+    fn passes<S: Simd>(self, new: f32x16<S>, old: f32x16<S>) -> u32 {
+        let mask = match self {
+            Self::Never => return 0,
+            Self::Always => return u32::MAX,
+            Self::Less => new.simd_lt(old),
+            Self::Equal => new.simd_eq(old),
+            Self::LessEqual => new.simd_le(old),
+            Self::Greater => new.simd_gt(old),
+            Self::NotEqual => new.simd_ne(old),
+            Self::GreaterEqual => new.simd_ge(old),
+        };
+        mask.to_bitmask() as u32
     }
 }
 
@@ -89,6 +91,9 @@ pub struct ZBuffer<const N: usize> {
     pub depth_write: bool,
     /// What is compared and stored.
     pub depth_source: DepthSource,
+    /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
+    /// the same with any.
+    pub level: Level,
 }
 
 impl<const N: usize> ZBuffer<N> {
@@ -100,6 +105,7 @@ impl<const N: usize> ZBuffer<N> {
             depth_test: DepthTest::default(),
             depth_write: true,
             depth_source: DepthSource::default(),
+            level: Level::new(),
         }
     }
 
@@ -117,22 +123,54 @@ impl<const N: usize> ZBuffer<N> {
         C: Copy,
         R: IntoColor<C>,
     {
-        let depth_write = self.depth_write;
-        self.visit(frame, polygon, |block, visible, depth, colors, depths| {
-            let params = block.params();
-            for (i, lane) in block.lanes.clone().enumerate() {
-                if visible >> lane & 1 == 0 {
-                    continue;
-                }
-                let fragment = block.fragment(lane, depth[lane], &params);
-                if let Some(color) = shader(&fragment).into_color() {
-                    colors[i] = color;
-                    if depth_write {
-                        depths[i] = depth[lane];
-                    }
-                }
-            }
-        });
+        self.draw_polygon(frame, polygon, &PerFragment(shader));
+    }
+
+    /// Draws a polygon by a shader of [`LANES`] pixels at a time: it is given a block of fragments
+    /// and the colours that their pixels have, which it replaces; those of lanes that are not
+    /// visible are put back. The compiler can turn a loop over the lanes into SIMD instructions,
+    /// for the best ones that the machine has.
+    ///
+    /// ```
+    /// use glam::vec4;
+    /// use polyscan::{Framebuffer, Vertex, ZBuffer};
+    ///
+    /// let mut frame = Framebuffer::new(100, 100, 0.0f32)?;
+    /// let mut renderer = ZBuffer::new(frame.viewport());
+    /// let triangle = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)]
+    ///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), [x, y]));
+    /// renderer.draw_blocks(&mut frame, &triangle, |block, colors| {
+    ///     let [u, v] = &block.params;
+    ///     for (color, (u, v)) in colors.iter_mut().zip(u.iter().zip(v)) {
+    ///         *color = u * u + v * v;
+    ///     }
+    /// });
+    /// # Ok::<(), polyscan::SizeError>(())
+    /// ```
+    pub fn draw_blocks<C: Copy>(
+        &mut self,
+        frame: &mut Framebuffer<C>,
+        polygon: &[Vertex<N>],
+        shader: impl Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
+    ) {
+        self.draw_polygon(frame, polygon, &PerBlock(shader));
+    }
+
+    /// Draws the depth of a polygon alone: nothing is shaded, no parameter is evaluated.
+    pub fn draw_depth<C: Copy>(&mut self, frame: &mut Framebuffer<C>, polygon: &[Vertex<N>]) {
+        self.draw_polygon(frame, polygon, &DepthOnly);
+    }
+
+    fn draw_polygon<C: Copy>(
+        &mut self,
+        frame: &mut Framebuffer<C>,
+        polygon: &[Vertex<N>],
+        shader: &impl Shader<N, C>,
+    ) {
+        let raster = self.raster();
+        let spans = self.scan.spans_within(polygon, frame.rect());
+        let mut band = frame.band();
+        dispatch!(self.level, simd => raster.draw(simd, spans, &mut band, shader));
     }
 
     /// Draws the faces of a mesh, each a list of indices into `vertices`, in order. A face with an
@@ -159,47 +197,96 @@ impl<const N: usize> ZBuffer<N> {
         }
     }
 
-    /// Draws the depth of a polygon alone: nothing is shaded, no parameter is evaluated.
-    pub fn draw_depth<C: Copy>(&mut self, frame: &mut Framebuffer<C>, polygon: &[Vertex<N>]) {
-        if !self.depth_write {
-            return;
-        }
-        self.visit(frame, polygon, |block, visible, depth, _, depths| {
-            for (i, lane) in block.lanes.clone().enumerate() {
-                if visible >> lane & 1 != 0 {
-                    depths[i] = depth[lane];
+    fn raster(&self) -> Raster {
+        Raster { test: self.depth_test, write: self.depth_write, source: self.depth_source }
+    }
+}
+
+/// What to do with fragments.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Raster {
+    test: DepthTest,
+    write: bool,
+    source: DepthSource,
+}
+
+impl Raster {
+    /// Draws spans into a band of the framebuffer that holds all of their rows.
+    #[inline(always)]
+    pub(crate) fn draw<'a, S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        spans: impl Iterator<Item = Span<'a, N>>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        for span in spans {
+            let row = band.row(span.y());
+            for block in span.blocks() {
+                // Blocks may reach over the sides of the framebuffer: into the next row, whose
+                // pixels they put back, or out of the band.
+                let at = row.wrapping_add_signed(block.column() as isize);
+                let colors = band.color.get_mut(at..).and_then(<[C]>::first_chunk_mut);
+                let depths = band.depth.get_mut(at..).and_then(<[f32]>::first_chunk_mut);
+                if let (Some(colors), Some(depths)) = (colors, depths) {
+                    self.draw_block(simd, &block, colors, depths, shader);
+                } else {
+                    self.draw_at_the_end(simd, &block, at, band, shader);
                 }
             }
-        });
+        }
     }
 
-    /// Calls `draw` for each block with a pixel that passes the depth test: the block, the lanes
-    /// that pass, their depths, and the framebuffer's colours and depths at the block's columns.
-    #[inline(always)]
-    fn visit<C: Copy>(
-        &mut self,
-        frame: &mut Framebuffer<C>,
-        polygon: &[Vertex<N>],
-        mut draw: impl FnMut(&Block<'_, N>, u32, &Lanes, &mut [C], &mut [f32]),
+    /// Draws a block that reaches out of the band, on a copy of its pixels.
+    #[cold]
+    fn draw_at_the_end<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        block: &Block<'_, N>,
+        at: usize,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
     ) {
-        for span in self.scan.spans_within(polygon, frame.rect()) {
-            let Some((colors, depths)) = frame.row_mut(span.y()) else { continue };
-            for block in span.blocks() {
-                let columns = block.columns();
-                let columns = columns.start as usize..columns.end as usize;
-                let (colors, depths) = (&mut colors[columns.clone()], &mut depths[columns]);
-                let depth = match self.depth_source {
-                    DepthSource::Z => block.depth(),
-                    DepthSource::InverseW => block.inverse_w(),
-                };
-                let mut stored = [0.0; LANES];
-                stored[block.lanes.clone()].copy_from_slice(depths);
-                let lanes = (1u32 << block.lanes.end) - (1 << block.lanes.start);
-                let visible = self.depth_test.passes(&depth, &stored) & lanes;
-                if visible != 0 {
-                    draw(&block, visible, &depth, colors, depths);
-                }
+        let pixel = |lane: usize| at.wrapping_add(lane);
+        let Some(&any) = band.color.first() else { return };
+        let mut colors =
+            std::array::from_fn(|lane| band.color.get(pixel(lane)).copied().unwrap_or(any));
+        let mut depths =
+            std::array::from_fn(|lane| band.depth.get(pixel(lane)).copied().unwrap_or(0.0));
+        self.draw_block(simd, block, &mut colors, &mut depths, shader);
+        for lane in 0..LANES {
+            if let Some(color) = band.color.get_mut(pixel(lane)) {
+                *color = colors[lane];
             }
+            if let Some(depth) = band.depth.get_mut(pixel(lane)) {
+                *depth = depths[lane];
+            }
+        }
+    }
+
+    /// The depth test, and if a lane passes, the shader.
+    #[inline(always)]
+    fn draw_block<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        block: &Block<'_, N>,
+        colors: &mut [C; LANES],
+        depths: &mut Lanes,
+        shader: &impl Shader<N, C>,
+    ) {
+        let depth = match self.source {
+            DepthSource::Z => block.depth(simd),
+            DepthSource::InverseW => block.inverse_w(simd),
+        };
+        let stored = f32x16::simd_from(simd, *depths);
+        let visible = self.test.passes(depth, stored) & block.lanes();
+        if visible == 0 {
+            return;
+        }
+        let drawn = shader.shade(simd, block, depth, visible, colors);
+        if self.write {
+            let drawn = mask32x16::from_bitmask(simd, drawn.into());
+            *depths = drawn.select(depth, stored).into();
         }
     }
 }
