@@ -100,15 +100,70 @@ pub enum Clipped<'a, const N: usize> {
     Polygon(&'a [Vertex<N>]),
 }
 
-/// Which planes a vertex lies outside of, a bit a plane (planes beyond the 31st share the last
-/// bit, which costs speed alone).
-type Outcode = u32;
+/// Which planes a vertex lies outside of: bit 0 for w >= [`W_MIN`], then a bit a plane. Planes from
+/// the 31st on share the last bit, which says nothing when all vertices have it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Outcode(u32);
+
+impl Outcode {
+    const SHARED: u32 = 1 << 31;
+
+    #[inline(always)]
+    pub(crate) fn new(position: DVec4, planes: &[ClipPlane]) -> Self {
+        let mut code = u32::from(position.w < W_MIN);
+        for (i, plane) in planes.iter().enumerate() {
+            code |= u32::from(plane.distance(position) < 0.0) << (i + 1).min(31);
+        }
+        Self(code)
+    }
+
+    /// What clipping makes of the polygon whose vertices have these codes, as far as they tell.
+    #[inline(always)]
+    pub(crate) fn outcome(codes: impl Iterator<Item = Self>) -> (Outcome, Self) {
+        let (any, all) =
+            codes.fold((0, !Self::SHARED), |(any, all), Self(code)| (any | code, all & code));
+        let outcome = match (any, all) {
+            (_, 1..) => Outcome::Outside,
+            (0, _) => Outcome::Inside,
+            _ => Outcome::Clipped,
+        };
+        (outcome, Self(any))
+    }
+
+    fn has(self, plane: usize) -> bool {
+        self.0 & 1 << (plane + 1).min(31) != 0
+    }
+}
 
 /// A vertex in the precision in which clipping works.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClipVertex<const N: usize> {
     pub(crate) position: DVec4,
     pub(crate) params: [f64; N],
+}
+
+impl<const N: usize> From<&Vertex<N>> for ClipVertex<N> {
+    #[inline(always)]
+    fn from(vertex: &Vertex<N>) -> Self {
+        Self { position: vertex.position.as_dvec4(), params: vertex.params.map(f64::from) }
+    }
+}
+
+impl<const N: usize> ClipVertex<N> {
+    /// The vertex with the first vertex's value where a parameter is flat.
+    #[inline(always)]
+    pub(crate) fn flattened(
+        mut self,
+        provoking: &Vertex<N>,
+        interpolation: &[Interpolation; N],
+    ) -> Self {
+        for (i, interpolation) in interpolation.iter().enumerate() {
+            if *interpolation == Interpolation::Flat {
+                self.params[i] = f64::from(provoking.params[i]);
+            }
+        }
+        self
+    }
 }
 
 /// What clipping made of the vertices in [`Clipper::vertices`].
@@ -196,14 +251,10 @@ impl<const N: usize> Clipper<N> {
         if polygon.len() < 3 || !polygon.iter().all(|v| v.position.is_finite()) {
             return;
         }
-        let provoking = polygon[0].params;
-        self.vertices.extend(polygon.iter().map(|v| ClipVertex {
-            position: v.position.as_dvec4(),
-            params: std::array::from_fn(|i| match interpolation[i] {
-                Interpolation::Flat => f64::from(provoking[i]),
-                _ => f64::from(v.params[i]),
-            }),
-        }));
+        let provoking = &polygon[0];
+        let vertices =
+            polygon.iter().map(|v| ClipVertex::from(v).flattened(provoking, interpolation));
+        self.vertices.extend(vertices);
     }
 
     /// The polygon in working precision, after [`load`](Self::load) and
@@ -218,36 +269,18 @@ impl<const N: usize> Clipper<N> {
         planes: &[ClipPlane],
         interpolation: &[Interpolation; N],
     ) -> Outcome {
-        let outside = |v: &ClipVertex<N>| -> Outcode {
-            let bits = planes.iter().enumerate().map(|(i, plane)| {
-                Outcode::from(plane.distance(v.position) < 0.0) << (i + 1).min(31)
-            });
-            bits.fold(Outcode::from(v.position.w < W_MIN), |code, bit| code | bit)
-        };
-        // Bit 31 may stand for several planes, so that it proves nothing when all vertices have it.
-        let (any, all) = self
-            .vertices
-            .iter()
-            .map(outside)
-            .fold((0, Outcode::MAX >> 1), |(any, all), code| (any | code, all & code));
-        if self.vertices.is_empty() || all != 0 {
-            return Outcome::Outside;
+        let codes = self.vertices.iter().map(|v| Outcode::new(v.position, planes));
+        let (outcome, any) = Outcode::outcome(codes);
+        if outcome != Outcome::Clipped || self.vertices.is_empty() {
+            return if self.vertices.is_empty() { Outcome::Outside } else { outcome };
         }
-        if any == 0 {
-            return Outcome::Inside;
+        if any.0 & 1 != 0 {
+            let settle = |position: &mut DVec4| position.w = W_MIN;
+            self.clip_by(|position| position.w - W_MIN, settle, interpolation);
         }
-        if any & 1 != 0 {
-            self.clip_by(
-                |position| position.w - W_MIN,
-                |position| position.w = W_MIN,
-                interpolation,
-            );
-        }
-        for (i, plane) in planes.iter().enumerate() {
-            if any & 1 << (i + 1).min(31) != 0 {
-                let distance = |position| plane.distance(position);
-                self.clip_by(distance, |position| plane.settle(position), interpolation);
-            }
+        for (_, plane) in planes.iter().enumerate().filter(|&(i, _)| any.has(i)) {
+            let distance = |position| plane.distance(position);
+            self.clip_by(distance, |position| plane.settle(position), interpolation);
         }
         if self.vertices.len() < 3 { Outcome::Outside } else { Outcome::Clipped }
     }

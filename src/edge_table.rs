@@ -88,12 +88,26 @@ impl Edge {
     }
 }
 
-/// The first row whose centre line is at or below `y` subpixels.
+/// The first row whose centre line is at or below `y` subpixels; the same for columns.
 #[inline(always)]
-fn first_centre(y: i32) -> i32 {
+pub(crate) fn first_centre(y: i32) -> i32 {
     // -(-(y - 128) / 256) rounded down, without leaving the i32 range.
     let above = i64::from(y) - HALF;
     (above + i64::from(SUBPIXELS) - 1).div_euclid(i64::from(SUBPIXELS)) as i32
+}
+
+/// Twice the signed area of an outline in square subpixels; positive when it runs clockwise as seen
+/// on the screen.
+#[inline(always)]
+pub(crate) fn signed_area(outline: impl Iterator<Item = FixedPoint> + Clone) -> i128 {
+    let Some(o) = outline.clone().next() else { return 0 };
+    // Within the guard band each product has at most 54 bits.
+    let from_o = |p: FixedPoint| (i64::from(p.x - o.x), i64::from(p.y - o.y));
+    let next = outline.clone().skip(1);
+    next.clone()
+        .zip(next.skip(1))
+        .map(|(a, b)| (from_o(a), from_o(b)))
+        .fold(0, |sum, (a, b)| sum + i128::from(a.0 * b.1 - b.0 * a.1))
 }
 
 /// A run of pixels in one row, between two edges of the outline.

@@ -14,7 +14,7 @@ use std::ops::Range;
 use crate::clip::{ClipSpace, ClipVertex};
 use crate::edge_table::Run;
 use crate::gradient::Gradient;
-use crate::project::{FixedPoint, Projection, ScreenParams, ScreenVertex, Viewport};
+use crate::project::{FixedPoint, Projected, Projection, ScreenParams, ScreenVertex, Viewport};
 use crate::vertex::Interpolation;
 
 /// How far the values at the vertices may lie from a plane for this plane to stand for them, as a
@@ -110,15 +110,16 @@ impl<const N: usize> Default for ScreenPolygon<N> {
 }
 
 impl<const N: usize> ScreenPolygon<N> {
-    /// Brings a clipped polygon to the screen.
+    /// Brings a clipped polygon to the screen: its vertices, each with its projection.
+    #[inline(always)]
     pub(crate) fn project(
         &mut self,
-        polygon: &[ClipVertex<N>],
+        polygon: impl Iterator<Item = (ClipVertex<N>, Projected)> + Clone,
         viewport: &Viewport,
         clip_space: ClipSpace,
         interpolation: &[Interpolation; N],
     ) {
-        let (min, max) = extent(polygon.iter().map(|v| v.position.w));
+        let (min, max) = extent(polygon.clone().map(|(v, _)| v.position.w));
         let w_unit = power_of_two_below(min);
         self.w_unit = w_unit;
         self.w = WRange::new(w_unit, min, max);
@@ -126,14 +127,15 @@ impl<const N: usize> ScreenPolygon<N> {
         let projection =
             Projection { viewport: *viewport, clip_space, w_unit, divide: self.times_w };
         self.corner = (viewport.rect().x, viewport.rect().y);
+        let [near, far] = viewport.depth().map(f64::from);
+        let (near, far) = (near.min(far), near.max(far));
         self.outline.clear();
         self.vertices.clear();
-        let [near, far] = viewport.depth().map(f64::from);
-        for vertex in polygon {
-            let (point, mut vertex) = projection.apply(vertex);
+        for (vertex, projected) in polygon {
+            let mut vertex = projection.vertex(&vertex, projected.inv_w);
             // Clipping has brought it here but for rounding.
-            vertex.values.z = vertex.values.z.clamp(near.min(far), near.max(far));
-            self.outline.push(point);
+            vertex.values.z = vertex.values.z.max(near).min(far);
+            self.outline.push(projected.point);
             self.vertices.push(vertex);
         }
     }
@@ -141,16 +143,6 @@ impl<const N: usize> ScreenPolygon<N> {
     /// The outline in subpixels.
     pub(crate) fn outline(&self) -> &[FixedPoint] {
         &self.outline
-    }
-
-    /// Twice the signed area of the outline in square subpixels; positive when it runs clockwise as
-    /// seen on the screen.
-    pub(crate) fn signed_area(&self) -> i128 {
-        let next = self.outline.iter().cycle().skip(1);
-        let cross = |(a, b): (&FixedPoint, &FixedPoint)| {
-            i128::from(a.x) * i128::from(b.y) - i128::from(b.x) * i128::from(a.y)
-        };
-        self.outline.iter().zip(next).map(cross).sum()
     }
 
     /// Finds the planes of the values, and the values that have none. `flat` says that there is no

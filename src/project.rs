@@ -8,6 +8,7 @@
 //! The screen has x to the right and y down, in pixels, relative to the viewport's top left corner.
 //! Pixel (i, j) has its centre at (i + 0.5, j + 0.5).
 
+use glam::DVec4;
 use thiserror::Error;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, W_MIN};
@@ -125,11 +126,10 @@ impl Viewport {
         vertex: &Vertex<N>,
         clip_space: ClipSpace,
     ) -> Option<ScreenVertex<N>> {
-        let position = vertex.position.as_dvec4();
-        let params = vertex.params.map(f64::from);
+        let vertex = ClipVertex::from(vertex);
         let projection = Projection { viewport: *self, clip_space, w_unit: 1.0, divide: [true; N] };
-        (position.is_finite() && position.w >= W_MIN)
-            .then(|| projection.apply(&ClipVertex { position, params }).1)
+        (vertex.position.is_finite() && vertex.position.w >= W_MIN)
+            .then(|| projection.vertex(&vertex, 1.0 / vertex.position.w))
     }
 
     /// The sides of the guard band.
@@ -186,7 +186,7 @@ pub struct ScreenVertex<const N: usize> {
 }
 
 /// A position on the screen in subpixels (1/256 pixel), x right, y down, relative to the viewport.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct FixedPoint {
     /// Subpixels to the right of the viewport's left side.
     pub x: i32,
@@ -194,58 +194,75 @@ pub struct FixedPoint {
     pub y: i32,
 }
 
+/// A position on the screen before parameters are known: what is worth keeping of a vertex that
+/// several faces share.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Projected {
+    pub(crate) point: FixedPoint,
+    pub(crate) inv_w: f64,
+}
+
+impl Projected {
+    /// Divides a position by its w. The result is meant for w of at least [`W_MIN`] and positions
+    /// inside the guard band; others give some point.
+    #[inline(always)]
+    pub(crate) fn new(position: DVec4, viewport: &Viewport) -> Self {
+        let Rect { width, height, .. } = viewport.rect;
+        let [x, y, _, w] = position.to_array();
+        let point = FixedPoint { x: subpixels(x, w, width), y: subpixels(-y, w, height) };
+        Self { point, inv_w: 1.0 / w }
+    }
+}
+
 /// The mapping of one polygon's vertices to the screen.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Projection<const N: usize> {
     pub(crate) viewport: Viewport,
     pub(crate) clip_space: ClipSpace,
-    /// The unit in which w is measured: s_i and s_{n+1} are multiplied by it.
+    /// The unit in which w is measured, a power of two: s_i and s_{n+1} are multiplied by it.
     pub(crate) w_unit: f64,
     /// Which parameters are divided by w.
     pub(crate) divide: [bool; N],
 }
 
 impl<const N: usize> Projection<N> {
-    /// The vertex on the screen, rounded to subpixels and not rounded. Its w must be at least
-    /// [`W_MIN`], its position inside the guard band.
-    #[inline]
-    pub(crate) fn apply(&self, vertex: &ClipVertex<N>) -> (FixedPoint, ScreenVertex<N>) {
+    /// The vertex on the screen, not rounded.
+    #[inline(always)]
+    pub(crate) fn vertex(&self, vertex: &ClipVertex<N>, inv_w: f64) -> ScreenVertex<N> {
         let Rect { width, height, .. } = self.viewport.rect;
-        let [x, y, z, w] = vertex.position.to_array();
-        let (x, fixed_x) = to_screen(x, w, width);
-        let (y, fixed_y) = to_screen(-y, w, height);
-
+        let [x, y, z, _] = (vertex.position * inv_w).to_array();
         let [near, far] = self.viewport.depth.map(f64::from);
         let z = match self.clip_space {
-            ClipSpace::ZeroToOne => z / w,
-            ClipSpace::MinusOneToOne => 0.5 * (z / w) + 0.5,
+            ClipSpace::ZeroToOne => z,
+            ClipSpace::MinusOneToOne => 0.5 * z + 0.5,
         };
-        let inv_w = self.w_unit / w;
+        let inv_w = inv_w * self.w_unit;
         let params = &vertex.params;
         let values = ScreenParams {
             z: near + (far - near) * z,
             s: std::array::from_fn(|i| if self.divide[i] { params[i] * inv_w } else { params[i] }),
             inv_w,
         };
-        (FixedPoint { x: fixed_x, y: fixed_y }, ScreenVertex { x, y, values })
+        let x = (0.5 * x + 0.5) * f64::from(width);
+        let y = (0.5 - 0.5 * y) * f64::from(height);
+        ScreenVertex { x, y, values }
     }
 }
 
-/// Maps -w <= x <= w to 0 ..= size pixels: the position, and the same in whole subpixels, rounded
-/// half to even.
+/// Maps -w <= x <= w to 0 ..= size pixels, in subpixels, rounded half to even.
 ///
 /// The rounding is that of the exact quotient: with 24-bit x and w and a `scale` of at most 2^23,
 /// a quotient that is not half-way between two integers differs from half-way by more than a part
 /// in 2^48, which f64 division preserves; and rounding before the offset (an even number, so that
 /// even stays even) adds no second rounding.
-#[inline]
-fn to_screen(x: f64, w: f64, size: u32) -> (f64, i32) {
+#[inline(always)]
+fn subpixels(x: f64, w: f64, size: u32) -> i32 {
     // Adding and subtracting 1.5 * 2^52 leaves no fraction bits: round half to even.
     const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
     // The guard band ends within 98,304 pixels of the middle. Only vertices clipped from positions
     // beyond 2^50, where f64 runs out of bits, may be found outside of it.
     const LIMIT: f64 = (SUBPIXELS * (1 << 17)) as f64;
     let scale = f64::from(size) * f64::from(SUBPIXELS / 2);
-    let centred = x * scale / w;
-    let rounded = (centred.clamp(-LIMIT, LIMIT) + ROUND) - ROUND;
-    ((centred + scale) / f64::from(SUBPIXELS), (rounded + scale) as i32)
+    let centred = (x * scale / w).max(-LIMIT).min(LIMIT);
+    ((centred + ROUND) - ROUND + scale) as i32
 }

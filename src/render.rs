@@ -2,6 +2,9 @@
 
 mod framebuffer;
 mod shader;
+mod mesh;
+#[cfg(not(feature = "parallel"))]
+mod sequential;
 mod z_buffer;
 
 pub use framebuffer::Framebuffer;

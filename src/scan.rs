@@ -8,10 +8,10 @@
 
 use std::ops::Range;
 
-use crate::clip::{ClipPlane, ClipSpace, Clipper, Outcome};
-use crate::edge_table::{EdgeTable, Runs};
+use crate::clip::{ClipPlane, ClipSpace, ClipVertex, Clipper, Outcome};
+use crate::edge_table::{EdgeTable, Runs, signed_area};
 use crate::polygon::ScreenPolygon;
-use crate::project::{Rect, Viewport};
+use crate::project::{Projected, Rect, Viewport};
 use crate::span::Span;
 use crate::vertex::{Interpolation, Vertex};
 
@@ -119,34 +119,47 @@ impl<const N: usize> ScanConverter<N> {
         if columns.is_empty() || rows.is_empty() {
             return None;
         }
-        self.all_planes.clear();
-        self.all_planes.extend(self.clip_space.near_far());
-        self.all_planes.extend(self.viewport.guard_band());
-        self.all_planes.extend(&self.planes);
+        let mut planes = std::mem::take(&mut self.all_planes);
+        self.collect_planes(&mut planes);
         self.clipper.load(polygon, &self.interpolation);
-        let outcome = self.clipper.clip_vertices(&self.all_planes, &self.interpolation);
+        let outcome = self.clipper.clip_vertices(&planes, &self.interpolation);
+        self.all_planes = planes;
         if outcome == Outcome::Outside {
             return None;
         }
-        let vertices = self.clipper.vertices();
-        self.polygon.project(vertices, &self.viewport, self.clip_space, &self.interpolation);
-        if self.is_culled() {
+        let vertices = self.clipper.vertices().iter();
+        let project = |v: &ClipVertex<N>| (*v, Projected::new(v.position, &self.viewport));
+        let (viewport, interpolation) = (&self.viewport, &self.interpolation);
+        self.polygon.project(vertices.map(project), viewport, self.clip_space, interpolation);
+        if self.cull.leaves_out(signed_area(self.polygon.outline().iter().copied())) {
             return None;
         }
         self.edges.fill(self.polygon.outline(), rows);
         if self.edges.is_empty() {
             return None;
         }
-        // A triangle is flat, and stays so when it is clipped; but what is linear on the screen has
-        // no linear continuation behind the eye.
-        let linear = self.interpolation.contains(&Interpolation::Linear);
-        let flat = polygon.len() == 3 && (outcome == Outcome::Inside || !linear);
-        self.polygon.fit_planes(flat);
+        self.polygon.fit_planes(self.is_flat(polygon.len(), outcome));
         Some(columns)
     }
 
+    /// Replaces `planes` by all planes to clip by.
+    pub(crate) fn collect_planes(&self, planes: &mut Vec<ClipPlane>) {
+        planes.clear();
+        planes.extend(self.clip_space.near_far());
+        planes.extend(self.viewport.guard_band());
+        planes.extend(&self.planes);
+    }
+
+    /// Whether all values are known to be affine on a polygon of so many sides. A triangle is flat,
+    /// and stays so when it is clipped; but what is linear on the screen has no linear continuation
+    /// behind the eye.
+    pub(crate) fn is_flat(&self, sides: usize, outcome: Outcome) -> bool {
+        let linear = self.interpolation.contains(&Interpolation::Linear);
+        sides == 3 && (outcome == Outcome::Inside || !linear)
+    }
+
     /// The columns and rows to visit within `bounds`, relative to the viewport.
-    fn window(&self, bounds: Rect) -> [Range<i32>; 2] {
+    pub(crate) fn window(&self, bounds: Rect) -> [Range<i32>; 2] {
         let viewport = self.viewport.rect().ranges();
         let bounds = bounds.ranges();
         let scissor = self.scissor.map_or(viewport, Rect::ranges);
@@ -156,12 +169,16 @@ impl<const N: usize> ScanConverter<N> {
             inside(bounds[axis].0.max(scissor[axis].0))..inside(bounds[axis].1.min(scissor[axis].1))
         })
     }
+}
 
-    fn is_culled(&self) -> bool {
-        match self.cull {
-            Cull::None => false,
-            Cull::Clockwise => self.polygon.signed_area() > 0,
-            Cull::CounterClockwise => self.polygon.signed_area() < 0,
+impl Cull {
+    /// Whether a polygon is left out, by the sign of its [`signed_area`].
+    #[inline(always)]
+    pub(crate) fn leaves_out(self, signed_area: i128) -> bool {
+        match self {
+            Self::None => false,
+            Self::Clockwise => signed_area > 0,
+            Self::CounterClockwise => signed_area < 0,
         }
     }
 }
@@ -169,15 +186,15 @@ impl<const N: usize> ScanConverter<N> {
 /// Iterator over the spans of a polygon.
 #[derive(Debug)]
 pub struct Spans<'a, const N: usize> {
-    polygon: &'a ScreenPolygon<N>,
-    runs: Runs<'a>,
-    columns: Range<i32>,
+    pub(crate) polygon: &'a ScreenPolygon<N>,
+    pub(crate) runs: Runs<'a>,
+    pub(crate) columns: Range<i32>,
 }
 
 impl<'a, const N: usize> Iterator for Spans<'a, N> {
     type Item = Span<'a, N>;
 
-    #[inline]
+    #[inline(always)]
     fn next(&mut self) -> Option<Span<'a, N>> {
         loop {
             let run = self.runs.next()?;

@@ -3,6 +3,7 @@
 mod common;
 
 use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::generators::{self, Rng};
 use common::vertices;
@@ -152,13 +153,13 @@ fn a_mesh_is_drawn_face_by_face() {
         .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
     let mut frame = frame('.');
     let mut renderer = ZBuffer::new(frame.viewport());
-    let shaded = Cell::new(0);
+    let shaded = AtomicUsize::new(0);
     let faces: [&[u32]; 4] = [&[0, 1, 2], &[0, 2, 3], &[0, 1, 7], &[0, 1]];
     renderer.draw_mesh(&mut frame, &vertices, faces, |_| {
-        shaded.set(shaded.get() + 1);
+        shaded.fetch_add(1, Ordering::Relaxed);
         '#'
     });
-    assert_eq!(shaded.get(), 40, "the two triangles share an edge and nothing else");
+    assert_eq!(shaded.into_inner(), 40, "the two triangles share an edge and nothing else");
     assert!(frame.color().iter().all(|&c| c == '#'));
 }
 

@@ -1,8 +1,13 @@
 //! The framebuffer: a colour of any type and an f32 depth for each pixel.
 
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Range};
+
+#[cfg(feature = "parallel")]
+use rayon::prelude::*;
 
 use crate::project::{Rect, SizeError, Viewport};
+#[cfg(not(feature = "parallel"))]
+use crate::render::sequential::*;
 
 /// A picture being drawn. Row 0 is at the top, as in the `image` crate.
 ///
@@ -99,6 +104,23 @@ impl<C: Copy> Framebuffer<C> {
     }
 }
 
+impl<C: Copy + Send> Framebuffer<C> {
+    /// The rows in bands of `height`, the last with those that are left. The framebuffer must have
+    /// pixels.
+    pub(crate) fn par_bands(
+        &mut self,
+        height: u32,
+    ) -> impl IndexedParallelIterator<Item = Band<'_, C>> {
+        let width = self.width as usize;
+        let len = width * height as usize;
+        let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
+        bands.enumerate().map(move |(i, (color, depth))| {
+            let first = i as i32 * height as i32;
+            Band { first, width, color, depth }
+        })
+    }
+}
+
 /// Some neighbouring rows of a framebuffer.
 #[derive(Debug)]
 pub(crate) struct Band<'a, C> {
@@ -114,6 +136,12 @@ impl<C> Band<'_, C> {
     #[inline(always)]
     pub(crate) fn row(&self, y: i32) -> usize {
         (y - self.first) as usize * self.width
+    }
+
+    /// The rows of the framebuffer that it holds.
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> Range<i32> {
+        self.first..self.first + (self.color.len() / self.width) as i32
     }
 }
 

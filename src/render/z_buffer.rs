@@ -10,6 +10,7 @@ use fearless_simd::{
 use crate::fragment::{Block, Fragment, FragmentBlock, LANES, Lanes};
 use crate::project::Viewport;
 use crate::render::framebuffer::{Band, Framebuffer};
+use crate::render::mesh::MeshScratch;
 use crate::render::shader::{DepthOnly, IntoColor, PerBlock, PerFragment, Shader};
 use crate::scan::ScanConverter;
 use crate::span::Span;
@@ -94,6 +95,7 @@ pub struct ZBuffer<const N: usize> {
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
     pub level: Level,
+    mesh: MeshScratch<N>,
 }
 
 impl<const N: usize> ZBuffer<N> {
@@ -106,6 +108,7 @@ impl<const N: usize> ZBuffer<N> {
             depth_write: true,
             depth_source: DepthSource::default(),
             level: Level::new(),
+            mesh: MeshScratch::default(),
         }
     }
 
@@ -173,28 +176,48 @@ impl<const N: usize> ZBuffer<N> {
         dispatch!(self.level, simd => raster.draw(simd, spans, &mut band, shader));
     }
 
-    /// Draws the faces of a mesh, each a list of indices into `vertices`, in order. A face with an
-    /// index out of range is left out.
+    /// Draws the faces of a mesh, each a list of indices into `vertices`, in their order. A face
+    /// with an index out of range is left out.
+    ///
+    /// This is much faster than drawing the faces one by one: vertices are projected once each, and
+    /// with the feature `parallel` all processors that `rayon` knows of take part. The picture is
+    /// the same.
     pub fn draw_mesh<C, R, F>(
         &mut self,
         frame: &mut Framebuffer<C>,
         vertices: &[Vertex<N>],
-        faces: F,
-        shader: impl Fn(&Fragment<'_, N>) -> R,
+        faces: impl IntoIterator<Item = F>,
+        shader: impl Fn(&Fragment<'_, N>) -> R + Sync,
     ) where
-        C: Copy,
+        C: Copy + Send,
         R: IntoColor<C>,
-        F: IntoIterator<Item: AsRef<[u32]>>,
+        F: AsRef<[u32]>,
     {
-        let mut polygon = Vec::new();
-        for face in faces {
-            polygon.clear();
-            let corners = face.as_ref().iter().map_while(|&i| vertices.get(i as usize));
-            polygon.extend(corners);
-            if polygon.len() == face.as_ref().len() {
-                self.draw(frame, &polygon, &shader);
-            }
-        }
+        let how = (self.level, self.raster());
+        self.mesh.draw(&self.scan, how, frame, vertices, faces, &PerFragment(shader));
+    }
+
+    /// Draws a mesh by a shader of blocks, as [`draw_blocks`](Self::draw_blocks) does a polygon.
+    pub fn draw_mesh_blocks<C: Copy + Send, F: AsRef<[u32]>>(
+        &mut self,
+        frame: &mut Framebuffer<C>,
+        vertices: &[Vertex<N>],
+        faces: impl IntoIterator<Item = F>,
+        shader: impl Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]) + Sync,
+    ) {
+        let how = (self.level, self.raster());
+        self.mesh.draw(&self.scan, how, frame, vertices, faces, &PerBlock(shader));
+    }
+
+    /// Draws the depth of a mesh alone.
+    pub fn draw_mesh_depth<C: Copy + Send, F: AsRef<[u32]>>(
+        &mut self,
+        frame: &mut Framebuffer<C>,
+        vertices: &[Vertex<N>],
+        faces: impl IntoIterator<Item = F>,
+    ) {
+        let how = (self.level, self.raster());
+        self.mesh.draw(&self.scan, how, frame, vertices, faces, &DepthOnly);
     }
 
     fn raster(&self) -> Raster {
