@@ -2,14 +2,16 @@
 //!
 //! 1. Each vertex is projected once, and its outcode taken.
 //! 2. The faces are taken in chunks. Those that are outside, turned away or without a pixel are
-//!    dropped, those that cross a plane are clipped, and each of the rest is noted in the bins of
-//!    the bands of [`BAND`] rows that it touches.
+//!    dropped, those that cross a plane are clipped, and each of the rest is put into the bins of
+//!    the bands of [`BAND`] rows that it touches. A small face takes its vertices along: they are in
+//!    the cache now, and would have to be fetched from all over the memory later.
 //! 3. The framebuffer is cut into bands. Each band's faces are set up and scan-converted by one
 //!    thread, in the order in which they were given, so the picture does not depend on the number
 //!    of threads. No face is looked at by a band that it does not touch.
 //!
-//! The memory that this takes is kept: 24 bytes a vertex, 4 bytes a corner and 4 bytes a face, 4
-//! bytes for each band that a face touches, and the vertices of faces that were clipped.
+//! The memory that this takes is kept. With N parameters it is 24 bytes a vertex; 4 bytes a face and
+//! a corner; for each band that a face touches 4 bytes, and if the face is small 32 + 4 N bytes a
+//! corner, rounded up to 16; and 40 + 8 N bytes for a vertex of a clipped face.
 
 use std::ops::Range;
 
@@ -40,8 +42,8 @@ const CHUNK: usize = 4096;
 /// Vertices projected by one thread at a time.
 const VERTICES: usize = 4096;
 
-/// Set in a bin for a clipped face, whose number is then that among the chunk's clipped faces.
-const CLIPPED: u32 = 1 << 31;
+/// A face with more corners than this, or in more bands, is not copied to bins.
+const SMALL: usize = 4;
 
 /// The memory for drawing meshes.
 #[derive(Clone, Debug, Default)]
@@ -88,14 +90,59 @@ impl Faces {
 /// Some neighbouring faces, sorted into bins.
 #[derive(Clone, Debug, Default)]
 struct Chunk<const N: usize> {
-    /// For each band the faces that touch it, in order.
-    bins: Vec<Vec<u32>>,
+    /// For each band the faces that touch it.
+    bins: Vec<Bin<N>>,
     /// The vertices of the faces that were clipped, end to end.
     clipped: Vec<ClipVertex<N>>,
     clipped_faces: Vec<ClippedFace>,
     clipper: Clipper<N>,
     polygon: Vec<Vertex<N>>,
     outline: Vec<FixedPoint>,
+}
+
+/// The faces of a chunk that touch a band, in order.
+#[derive(Clone, Debug, Default)]
+struct Bin<const N: usize> {
+    faces: Vec<Binned>,
+    /// The vertices of the small faces, end to end.
+    vertices: Vec<(Vertex<N>, Projected)>,
+}
+
+/// A face in a bin: the kind, and a number of 30 bits.
+#[derive(Clone, Copy, Debug)]
+struct Binned(u32);
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// So many of the bin's vertices.
+    Copied(usize),
+    /// The mesh's face of this number.
+    Whole(usize),
+    /// The chunk's clipped face of this number.
+    Clipped(usize),
+}
+
+impl Binned {
+    const NUMBER: u32 = (1 << 30) - 1;
+
+    fn copied(corners: usize) -> Self {
+        Self(corners as u32)
+    }
+    fn whole(face: usize) -> Self {
+        Self(1 << 30 | face as u32 & Self::NUMBER)
+    }
+    fn clipped(number: usize) -> Self {
+        Self(2 << 30 | number as u32 & Self::NUMBER)
+    }
+    #[inline(always)]
+    fn kind(self) -> Kind {
+        let number = (self.0 & Self::NUMBER) as usize;
+        match self.0 >> 30 {
+            0 => Kind::Copied(number),
+            1 => Kind::Whole(number),
+            _ => Kind::Clipped(number),
+        }
+    }
 }
 
 /// A face that was clipped.
@@ -164,10 +211,24 @@ impl<const N: usize> MeshScratch<N> {
         let chunks = &self.chunks;
         let parts = frame.par_bands(BAND).zip(self.workers.par_iter_mut());
         parts.enumerate().for_each(|(i, (mut band, worker))| {
+            let rows = job.rows_within(band.rows());
             dispatch!(job.level, simd => for chunk in chunks {
-                for &face in &chunk.bins[i] {
-                    let spans = worker.spans(&job, corners, faces, chunk, face, band.rows());
-                    job.raster.draw(simd, spans, &mut band, shader);
+                let bin = &chunk.bins[i];
+                let mut copied = bin.vertices.as_slice();
+                for face in &bin.faces {
+                    let flat = match face.kind() {
+                        Kind::Copied(sides) => {
+                            let (vertices, rest) = copied.split_at(sides);
+                            copied = rest;
+                            worker.project(&job, vertices.iter().map(|(v, p)| (v, *p)))
+                        }
+                        Kind::Whole(face) => {
+                            let corner = |&i: &u32| (&vertices[i as usize], corners[i as usize].projected);
+                            worker.project(&job, faces.get(face).iter().map(corner))
+                        }
+                        Kind::Clipped(number) => worker.project_clipped(&job, chunk.clipped(number)),
+                    };
+                    job.raster.draw(simd, worker.spans(&job, flat, &rows), &mut band, shader);
                 }
             });
         });
@@ -189,7 +250,7 @@ impl<const N: usize> Job<'_, N> {
     /// Sorts a chunk of the faces into bins.
     fn bin(
         &self,
-        corners: &[Corner],
+        all_corners: &[Corner],
         faces: &Faces,
         part: Range<usize>,
         bands: usize,
@@ -199,19 +260,29 @@ impl<const N: usize> Job<'_, N> {
         for face in part {
             let indices = faces.get(face);
             // A face that has a vertex too far or a position that is not finite has no outcome.
-            let known = indices
-                .iter()
-                .all(|&i| corners.get(i as usize).is_some_and(|corner| corner.outcode.is_some()));
+            let known = indices.iter().all(|&i| {
+                all_corners.get(i as usize).is_some_and(|corner| corner.outcode.is_some())
+            });
             if !known || indices.len() < 3 {
                 continue;
             }
-            let corners = indices.iter().map(|&i| &corners[i as usize]);
+            let corners = indices.iter().map(|&i| &all_corners[i as usize]);
             match Outcode::outcome(corners.clone().filter_map(|corner| corner.outcode)).0 {
                 Outcome::Outside => {}
                 Outcome::Inside => {
                     let outline = corners.map(|corner| corner.projected.point);
-                    if let Some(bands) = self.bands(outline) {
-                        chunk.note(face as u32, bands);
+                    let Some(bands) = self.bands(outline) else { continue };
+                    if indices.len() > SMALL || bands.len() > SMALL {
+                        chunk.bins[bands]
+                            .iter_mut()
+                            .for_each(|bin| bin.faces.push(Binned::whole(face)));
+                        continue;
+                    }
+                    for bin in &mut chunk.bins[bands] {
+                        bin.faces.push(Binned::copied(indices.len()));
+                        bin.vertices.extend(indices.iter().map(|&i| {
+                            (self.vertices[i as usize], all_corners[i as usize].projected)
+                        }));
                     }
                 }
                 Outcome::Clipped => self.clip(indices, chunk),
@@ -237,8 +308,14 @@ impl<const N: usize> Job<'_, N> {
         clipped.extend_from_slice(clipper.vertices());
         let flat = self.scan.is_flat(indices.len(), outcome);
         clipped_faces.push(ClippedFace { end: clipped.len() as u32, flat });
-        let number = clipped_faces.len() as u32 - 1;
-        chunk.note(number | CLIPPED, bands);
+        let number = clipped_faces.len() - 1;
+        chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned::clipped(number)));
+    }
+
+    /// The rows to visit of those on the framebuffer, relative to the viewport.
+    fn rows_within(&self, rows: Range<i32>) -> Range<i32> {
+        let corner = self.scan.viewport.rect().y;
+        self.rows.start.max(rows.start - corner)..self.rows.end.min(rows.end - corner)
     }
 
     /// The bands that an outline touches; `None` if it has no pixel in any.
@@ -266,16 +343,13 @@ impl<const N: usize> Job<'_, N> {
 
 impl<const N: usize> Chunk<N> {
     fn clear(&mut self, bands: usize) {
-        self.bins.resize_with(bands, Vec::new);
-        self.bins.iter_mut().for_each(Vec::clear);
+        self.bins.resize_with(bands, Bin::default);
+        for bin in &mut self.bins {
+            bin.faces.clear();
+            bin.vertices.clear();
+        }
         self.clipped.clear();
         self.clipped_faces.clear();
-    }
-
-    fn note(&mut self, face: u32, bands: Range<usize>) {
-        for bin in &mut self.bins[bands] {
-            bin.push(face);
-        }
     }
 
     /// The vertices of a clipped face, and whether all its values are affine.
@@ -287,38 +361,42 @@ impl<const N: usize> Chunk<N> {
 }
 
 impl<const N: usize> Worker<N> {
-    /// The spans of a face in some rows of the framebuffer.
+    /// Projects a face; whether all its values are known to be affine.
     #[inline(always)]
-    fn spans(
+    fn project<'v>(
         &mut self,
         job: &Job<'_, N>,
-        corners: &[Corner],
-        faces: &Faces,
-        chunk: &Chunk<N>,
-        face: u32,
-        rows: Range<i32>,
-    ) -> Spans<'_, N> {
-        let scan = job.scan;
-        let (viewport, interpolation) = (&scan.viewport, &scan.interpolation);
-        let flat = if face & CLIPPED != 0 {
-            let (vertices, flat) = chunk.clipped((face & !CLIPPED) as usize);
-            let project = |v: &ClipVertex<N>| (*v, Projected::new(v.position, viewport));
-            let vertices = vertices.iter().map(project);
-            self.polygon.project(vertices, viewport, scan.clip_space, interpolation);
-            flat
-        } else {
-            let indices = faces.get(face as usize);
-            let provoking = &job.vertices[indices[0] as usize];
-            let vertices = indices.iter().map(|&i| {
-                let vertex = ClipVertex::from(&job.vertices[i as usize]);
-                (vertex.flattened(provoking, interpolation), corners[i as usize].projected)
-            });
-            self.polygon.project(vertices, viewport, scan.clip_space, interpolation);
-            scan.is_flat(indices.len(), Outcome::Inside)
-        };
-        let corner = viewport.rect().y;
-        let rows = job.rows.start.max(rows.start - corner)..job.rows.end.min(rows.end - corner);
-        self.edges.fill(self.polygon.outline(), rows);
+        face: impl ExactSizeIterator<Item = (&'v Vertex<N>, Projected)> + Clone,
+    ) -> bool {
+        let Job { scan, .. } = job;
+        let sides = face.len();
+        let first = face.clone().next().map(|(vertex, _)| vertex);
+        let vertices = face.map(|(vertex, projected)| {
+            let provoking = first.unwrap_or(vertex);
+            (ClipVertex::from(vertex).flattened(provoking, &scan.interpolation), projected)
+        });
+        self.polygon.project(vertices, &scan.viewport, scan.clip_space, &scan.interpolation);
+        scan.is_flat(sides, Outcome::Inside)
+    }
+
+    /// Projects a clipped face; the same.
+    #[cold]
+    fn project_clipped(
+        &mut self,
+        job: &Job<'_, N>,
+        (vertices, flat): (&[ClipVertex<N>], bool),
+    ) -> bool {
+        let Job { scan, .. } = job;
+        let project = |v: &ClipVertex<N>| (*v, Projected::new(v.position, &scan.viewport));
+        let vertices = vertices.iter().map(project);
+        self.polygon.project(vertices, &scan.viewport, scan.clip_space, &scan.interpolation);
+        flat
+    }
+
+    /// The spans of the projected face in some rows.
+    #[inline(always)]
+    fn spans(&mut self, job: &Job<'_, N>, flat: bool, rows: &Range<i32>) -> Spans<'_, N> {
+        self.edges.fill(self.polygon.outline(), rows.clone());
         if !self.edges.is_empty() {
             self.polygon.fit_planes(flat);
         }
