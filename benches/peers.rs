@@ -6,8 +6,9 @@
 //! ```
 //!
 //! Times are the medians of all frames drawn in 0.9 seconds (`PB_MS` milliseconds if set), in
-//! milliseconds a frame. `RAYON_NUM_THREADS` sets the number of threads. With `DUMP` set, each
-//! picture is written to the folder as a PPM file.
+//! milliseconds a frame. `RAYON_NUM_THREADS` sets the number of threads. With `PER_FRAGMENT` set, the
+//! shaders are called for one fragment at a time instead of for blocks. With `DUMP` set, each picture
+//! is written to the folder as a PPM file.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -134,6 +135,7 @@ fn run<const N: usize>(
     renderer.scan.clip_space = ClipSpace::MinusOneToOne;
     renderer.scan.cull = if scene.cull { Cull::Clockwise } else { Cull::None };
     let mut vertices = Vec::new();
+    let per_fragment = std::env::var_os("PER_FRAGMENT").is_some();
     let budget = std::env::var("PB_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(900.0);
     let (mut clears, mut renders, mut totals) = (Vec::new(), Vec::new(), Vec::new());
     let start = Instant::now();
@@ -143,7 +145,15 @@ fn run<const N: usize>(
         frame.clear(0, 1.0);
         let cleared = Instant::now();
         scene.transform(&mut vertices);
-        renderer.draw_mesh(&mut frame, &vertices, &scene.triangles, |f| shader(&f.params));
+        if per_fragment {
+            renderer.draw_mesh(&mut frame, &vertices, &scene.triangles, |f| shader(&f.params));
+        } else {
+            renderer.draw_mesh_blocks(&mut frame, &vertices, &scene.triangles, |block, colors| {
+                for (lane, color) in colors.iter_mut().enumerate() {
+                    *color = shader(&std::array::from_fn(|i| block.params[i][lane]));
+                }
+            });
+        }
         renders.push(milliseconds(cleared));
         totals.push(milliseconds(begin));
         clears.push(totals[totals.len() - 1] - renders[renders.len() - 1]);

@@ -1,30 +1,24 @@
 //! Fragments: one pixel of one polygon, with depth, w and parameters.
 //!
-//! A span goes in. It is evaluated in blocks of [`LANES`] pixels: the values of
-//! (z, s_1 .. s_n, s_{n+1}) at a block's first pixel are computed in f64 and rounded to f32, and the
-//! other pixels differ from it by a multiple of the change per pixel, so error does not build up
-//! along the span. Then comes the one reciprocal a pixel, w = 1 / s_{n+1}, and r_i = s_i w (Heckbert
-//! and Moreton 1991, section 3.5); if all w are equal, there is nothing to divide.
+//! A span goes in. It is evaluated in blocks of [`LANES`] pixels: each of (z, s_1 .. s_n, s_{n+1})
+//! is its value at one end of the span plus a multiple of its change per pixel, so error does not
+//! build up along the span. Then comes the one reciprocal a pixel, w = 1 / s_{n+1}, and
+//! r_i = s_i w (Heckbert and Moreton 1991, section 3.5); if all w are equal, there is nothing to
+//! divide.
 //!
-//! The first block begins at the polygon's first pixel in the row, whether that pixel is visible
-//! or not. So a fragment is a function of the polygon and the pixel alone, and a picture is the
-//! same to the bit however it is cut into tiles.
+//! The end is that of the polygon, visible or not. So a fragment is a function of the polygon and
+//! the pixel alone, and a picture is the same to the bit however it is cut into tiles.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFrom, dispatch, f32x16};
 
 use crate::polygon::WRange;
-use crate::span::Span;
+use crate::span::{Line, Span};
 
 /// The number of pixels in a block.
 pub const LANES: usize = 16;
 
 /// One value for each pixel of a block.
 pub type Lanes = [f32; LANES];
-
-/// How far 1/w may fall along a block for it to be evaluated in f32. The rounding error of s and
-/// 1/w is about 2^-23 of the larger end of the block; divided by the smaller one, and with both
-/// counted, that is 2^-22 times this factor: less than 1e-6 of the parameter.
-const MAX_FALL: f64 = 4.0;
 
 /// A pixel that a polygon covers.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +71,8 @@ impl<'a, const N: usize> Iterator for Fragments<'a, N> {
             }
             let block = self.blocks.next()?;
             self.block = Some(dispatch!(Level::baseline(), simd => {
-                block.fragments(block.depth(simd), block.lanes(), block.params(simd))
+                let steps = block.steps(simd);
+                block.fragments(block.depth(steps), block.lanes(), block.params(steps))
             }));
         }
     }
@@ -129,9 +124,7 @@ pub(crate) struct Blocks<'a, const N: usize> {
 impl<'a, const N: usize> Blocks<'a, N> {
     #[inline(always)]
     pub(crate) fn new(span: &'a Span<'a, N>) -> Self {
-        // Arithmetic on u32 is cheaper, and a span begins at its first pixel or to the right.
-        let skipped = (span.x.start - span.first) as u32 / LANES as u32 * LANES as u32;
-        Self { span, x: span.first + skipped as i32 }
+        Self { span, x: span.x.start }
     }
 }
 
@@ -174,45 +167,51 @@ impl<'a, const N: usize> Block<'a, N> {
         (1 << lane(self.span.x.end)) - (1 << lane(self.span.x.start))
     }
 
+    /// How far the pixels are from the end of the span where its values are given.
+    #[inline(always)]
+    pub(crate) fn steps<S: Simd>(&self, simd: S) -> f32x16<S> {
+        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+        f32x16::simd_from(simd, LANE) + (self.x - self.span.line.x) as f32
+    }
+
     /// The depths.
     #[inline(always)]
-    pub(crate) fn depth<S: Simd>(&self, simd: S) -> f32x16<S> {
+    pub(crate) fn depth<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
+        let Line { at, delta, .. } = &self.span.line;
         let (min, max) = self.span.polygon.z;
-        self.line(simd, self.span.start.z, self.span.delta.z).max(min).min(max)
+        (steps * delta.z + at.z).max(min).min(max)
     }
 
     /// 1/w as depth: what grows towards the eye.
     #[inline(always)]
-    pub(crate) fn inverse_w<S: Simd>(&self, simd: S) -> f32x16<S> {
+    pub(crate) fn inverse_w<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
         match self.span.polygon.w {
-            WRange::Constant { inv_w, .. } => f32x16::splat(simd, inv_w),
+            WRange::Constant { inv_w, .. } => f32x16::splat(steps.simd, inv_w),
             WRange::Varying { min, max } => {
                 let per_unit = (1.0 / self.span.polygon.w_unit) as f32;
-                self.clamped_inverse_w(simd, min, max) * per_unit
+                self.clamped_inverse_w(steps, min, max) * per_unit
             }
         }
     }
 
     /// w and the parameters: one reciprocal a pixel, or none if w is constant.
     #[inline(always)]
-    pub(crate) fn params<S: Simd>(&self, simd: S) -> Params<N> {
-        let Span { polygon, start, delta, .. } = self.span;
+    pub(crate) fn params<S: Simd>(&self, steps: f32x16<S>) -> Params<N> {
+        let Span { polygon, line: Line { at, delta, .. }, .. } = self.span;
+        let s = |i: usize| steps * delta.s[i] + at.s[i];
         match polygon.w {
-            WRange::Constant { w, .. } => Params {
-                w: [w; LANES],
-                params: std::array::from_fn(|i| self.line(simd, start.s[i], delta.s[i]).into()),
-            },
+            WRange::Constant { w, .. } => {
+                Params { w: [w; LANES], params: std::array::from_fn(|i| s(i).into()) }
+            }
             WRange::Varying { min, max } => {
-                let per_unit = reciprocal(self.clamped_inverse_w(simd, min, max));
-                let falls = self.falls();
-                let param = |i| {
-                    let s = self.steep_line(simd, start.s[i], delta.s[i], falls);
-                    if polygon.times_w[i] { s * per_unit } else { s }
+                let per_unit = reciprocal(self.clamped_inverse_w(steps, min, max));
+                let params = if polygon.all_times_w {
+                    std::array::from_fn(|i| (s(i) * per_unit).into())
+                } else {
+                    let times_w = |i| if polygon.times_w[i] { s(i) * per_unit } else { s(i) };
+                    std::array::from_fn(|i| times_w(i).into())
                 };
-                Params {
-                    w: (per_unit * polygon.w_unit as f32).into(),
-                    params: std::array::from_fn(|i| param(i).into()),
-                }
+                Params { w: (per_unit * polygon.w_unit as f32).into(), params }
             }
         }
     }
@@ -239,46 +238,10 @@ impl<'a, const N: usize> Block<'a, N> {
     /// 1/w in the polygon's unit, kept in the polygon's range: a pixel centre may lie outside the
     /// polygon by the rounding of its outline.
     #[inline(always)]
-    fn clamped_inverse_w<S: Simd>(&self, simd: S, min: f32, max: f32) -> f32x16<S> {
-        let Span { start, delta, .. } = self.span;
-        self.steep_line(simd, start.inv_w, delta.inv_w, self.falls()).max(min).min(max)
+    fn clamped_inverse_w<S: Simd>(&self, steps: f32x16<S>, min: f32, max: f32) -> f32x16<S> {
+        let Line { at, delta, .. } = &self.span.line;
+        (steps * delta.inv_w + at.inv_w).max(min).min(max)
     }
-
-    /// Whether 1/w falls so much along the block that f32 is not enough.
-    #[inline(always)]
-    fn falls(&self) -> bool {
-        let start = self.at(self.span.start.inv_w, self.span.delta.inv_w);
-        let end = start + self.span.delta.inv_w * (LANES - 1) as f64;
-        end * MAX_FALL < start
-    }
-
-    /// The value of something linear at the block's first pixel.
-    #[inline(always)]
-    fn at(&self, start: f64, delta: f64) -> f64 {
-        start + delta * f64::from(self.x - self.span.first)
-    }
-
-    /// Something linear at all pixels of the block.
-    #[inline(always)]
-    fn line<S: Simd>(&self, simd: S, start: f64, delta: f64) -> f32x16<S> {
-        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
-        f32x16::simd_from(simd, LANE) * (delta as f32) + self.at(start, delta) as f32
-    }
-
-    /// The same, in f64 if the block is `steep`.
-    #[inline(always)]
-    fn steep_line<S: Simd>(&self, simd: S, start: f64, delta: f64, steep: bool) -> f32x16<S> {
-        if !steep {
-            return self.line(simd, start, delta);
-        }
-        f32x16::simd_from(simd, steep_lanes(self.at(start, delta), delta))
-    }
-}
-
-/// Something linear, each lane in f64: rarely needed, so kept out of the way.
-#[cold]
-fn steep_lanes(start: f64, delta: f64) -> Lanes {
-    std::array::from_fn(|lane| (start + delta * lane as f64) as f32)
 }
 
 /// The division of the rational linear method, once for each pixel of a block.

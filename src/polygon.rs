@@ -15,6 +15,7 @@ use crate::clip::{ClipSpace, ClipVertex};
 use crate::edge_table::Run;
 use crate::gradient::Gradient;
 use crate::project::{FixedPoint, Projected, Projection, ScreenParams, ScreenVertex, Viewport};
+use crate::span::Line;
 use crate::vertex::Interpolation;
 
 /// How far the values at the vertices may lie from a plane for this plane to stand for them, as a
@@ -33,6 +34,8 @@ pub(crate) struct ScreenPolygon<const N: usize> {
     outline: Vec<FixedPoint>,
     vertices: Vec<ScreenVertex<N>>,
     gradient: Gradient<N>,
+    /// The gradient's change per pixel to the right.
+    delta: ScreenParams<N, f32>,
     by_edges: ByEdges<N>,
     /// The unit in which w is measured: the power of two at or below the polygon's smallest w. So
     /// 1/w is at most 1 in it, and neither that nor any s overflows f32, however near the eye.
@@ -40,6 +43,8 @@ pub(crate) struct ScreenPolygon<const N: usize> {
     pub(crate) w: WRange,
     /// Which parameters are multiplied by w at each pixel.
     pub(crate) times_w: [bool; N],
+    /// Whether all are.
+    pub(crate) all_times_w: bool,
     /// The smallest and the largest depth of the vertices.
     pub(crate) z: (f32, f32),
 }
@@ -100,10 +105,12 @@ impl<const N: usize> Default for ScreenPolygon<N> {
             outline: Vec::new(),
             vertices: Vec::new(),
             gradient: Gradient::default(),
+            delta: ScreenParams::default().rounded(),
             by_edges: ByEdges::default(),
             w_unit: 1.0,
             w: WRange::Constant { w: 1.0, inv_w: 1.0 },
             times_w: [false; N],
+            all_times_w: false,
             z: (0.0, 1.0),
         }
     }
@@ -124,6 +131,7 @@ impl<const N: usize> ScreenPolygon<N> {
         self.w_unit = w_unit;
         self.w = WRange::new(w_unit, min, max);
         self.times_w = interpolation.map(|i| i == Interpolation::Perspective && min != max);
+        self.all_times_w = self.times_w == [true; N];
         let projection =
             Projection { viewport: *viewport, clip_space, w_unit, divide: self.times_w };
         self.corner = (viewport.rect().x, viewport.rect().y);
@@ -152,6 +160,7 @@ impl<const N: usize> ScreenPolygon<N> {
         self.z = (near as f32, far as f32);
         let gradient = widest_triangle(&self.vertices).and_then(Gradient::through);
         self.gradient = gradient.unwrap_or_default();
+        self.delta = self.gradient.dx.rounded();
         self.by_edges = match gradient {
             None => ByEdges { any: true, z: true, inv_w: true, s: Flags([true; N]) },
             Some(_) if flat => ByEdges::default(),
@@ -194,24 +203,49 @@ impl<const N: usize> ScreenPolygon<N> {
         if self.times_w[i] { v.values.s[i] / v.values.inv_w } else { v.values.s[i] }
     }
 
-    /// The values at the centre of the first pixel of a run, and their change per pixel.
+    /// The values along a run, as the span evaluates them.
     #[inline(always)]
+    pub(crate) fn line(&self, run: &Run) -> Line<N> {
+        if self.by_edges.any {
+            return self.line_by_edges(run);
+        }
+        let delta = self.delta;
+        let x = if delta.inv_w < 0.0 { run.x.end - 1 } else { run.x.start };
+        let at = self.gradient.at(f64::from(x) + 0.5, f64::from(run.y) + 0.5).rounded();
+        Line { x, at, delta }
+    }
+
+    #[cold]
+    fn line_by_edges(&self, run: &Run) -> Line<N> {
+        let (start, delta) = self.along(run);
+        let x = if delta.inv_w < 0.0 { run.x.end - 1 } else { run.x.start };
+        let at = start.step(&delta, f64::from(x - run.x.start)).rounded();
+        Line { x, at, delta: delta.rounded() }
+    }
+
+    /// The values at the centre of the first pixel of a run, and their change per pixel.
     pub(crate) fn along(&self, run: &Run) -> (ScreenParams<N>, ScreenParams<N>) {
         let mut start = self.gradient.at(f64::from(run.x.start) + 0.5, f64::from(run.y) + 0.5);
         let mut delta = self.gradient.dx;
         if self.by_edges.any {
-            let across = Across::new(self, run.y, run.edges);
+            let across = Across::new(self, run);
             self.by_edges.assign(&mut start, &across.start(&run.x));
             self.by_edges.assign(&mut delta, &across.delta(&run.x));
         }
         (start, delta)
     }
 
-    /// The change of the values per pixel downwards, at column `x` of a row between two edges.
-    pub(crate) fn downwards(&self, x: i32, y: i32, edges: [u32; 2]) -> ScreenParams<N> {
+    /// The values at the centre of a column of a run.
+    pub(crate) fn at(&self, x: i32, run: &Run) -> ScreenParams<N> {
+        let (start, delta) = self.along(run);
+        start.step(&delta, f64::from(x - run.x.start))
+    }
+
+    /// The change of the values per pixel downwards, at a column of a run.
+    pub(crate) fn downwards(&self, x: i32, run: &Run) -> ScreenParams<N> {
         let mut dy = self.gradient.dy;
         if self.by_edges.any {
-            self.by_edges.assign(&mut dy, &Across::new(self, y, edges).downwards(x));
+            self.by_edges.assign(&mut dy, &Across::new(self, run).downwards(x));
         }
         dy
     }
@@ -266,9 +300,8 @@ struct Across<const N: usize> {
 }
 
 impl<const N: usize> Across<N> {
-    fn new(polygon: &ScreenPolygon<N>, y: i32, [left, right]: [u32; 2]) -> Self {
-        let left = Along::new(&polygon.vertices, left, y);
-        let right = Along::new(&polygon.vertices, right, y);
+    fn new(polygon: &ScreenPolygon<N>, run: &Run) -> Self {
+        let [left, right] = run.edges.map(|edge| Along::new(&polygon.vertices, edge, run.y));
         let width = right.x - left.x;
         Self { left, right, width }
     }

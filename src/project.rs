@@ -141,23 +141,23 @@ impl Viewport {
 
 /// What is linear over the screen: z, s_1 .. s_n and s_{n+1} = 1/w, at a point, or per pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScreenParams<const N: usize> {
+pub struct ScreenParams<const N: usize, T = f64> {
     /// Depth: z/w after the viewport's depth range.
-    pub z: f64,
-    /// s_i = r_i / w; for a parameter that is not interpolated in perspective, r_i itself.
-    pub s: [f64; N],
+    pub z: T,
     /// s_{n+1} = 1 / w.
-    pub inv_w: f64,
+    pub inv_w: T,
+    /// s_i = r_i / w; for a parameter that is not interpolated in perspective, r_i itself.
+    pub s: [T; N],
 }
 
 impl<const N: usize> ScreenParams<N> {
     /// `f` of the corresponding components of `self` and `other`.
     #[inline(always)]
-    pub(crate) fn zip(&self, other: &Self, mut f: impl FnMut(f64, f64) -> f64) -> Self {
+    pub(crate) fn zip(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self {
             z: f(self.z, other.z),
-            s: std::array::from_fn(|i| f(self.s[i], other.s[i])),
             inv_w: f(self.inv_w, other.inv_w),
+            s: std::array::from_fn(|i| f(self.s[i], other.s[i])),
         }
     }
 
@@ -166,11 +166,21 @@ impl<const N: usize> ScreenParams<N> {
     pub(crate) fn step(&self, delta: &Self, steps: f64) -> Self {
         self.zip(delta, |a, d| a + d * steps)
     }
+
+    /// Rounded to f32.
+    #[inline(always)]
+    pub(crate) fn rounded(&self) -> ScreenParams<N, f32> {
+        ScreenParams {
+            z: self.z as f32,
+            inv_w: self.inv_w as f32,
+            s: std::array::from_fn(|i| self.s[i] as f32),
+        }
+    }
 }
 
 impl<const N: usize> Default for ScreenParams<N> {
     fn default() -> Self {
-        Self { z: 0.0, s: [0.0; N], inv_w: 0.0 }
+        Self { z: 0.0, inv_w: 0.0, s: [0.0; N] }
     }
 }
 

@@ -198,7 +198,7 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
     fn next(&mut self) -> Option<Span<'a, N>> {
         loop {
             let run = self.runs.next()?;
-            if let Some(span) = Span::new(self.polygon, &run, &self.columns) {
+            if let Some(span) = Span::new(self.polygon, run, &self.columns) {
                 return Some(span);
             }
         }

@@ -14,16 +14,34 @@ use crate::project::ScreenParams;
 #[derive(Clone, Debug)]
 pub struct Span<'a, const N: usize> {
     pub(crate) polygon: &'a ScreenPolygon<N>,
-    pub(crate) y: i32,
+    /// The run, relative to the viewport, visible or not.
+    run: Run,
     /// The columns that are visible, relative to the viewport.
     pub(crate) x: Range<i32>,
-    /// The polygon's first column in this row, visible or not. Values are evaluated from here, so
-    /// that what is visible does not influence them.
-    pub(crate) first: i32,
-    /// At the centre of column `first`; s and inv_w in units of the polygon's w unit.
-    pub(crate) start: ScreenParams<N>,
-    pub(crate) delta: ScreenParams<N>,
-    edges: [u32; 2],
+    pub(crate) line: Line<N>,
+}
+
+/// z, s_1 .. s_n and s_{n+1} along a span, in f32: a value at one pixel, and the change per pixel.
+///
+/// The pixel is the one at that end of the run where s_{n+1} = 1/w is smallest, the farthest from
+/// the eye. Then f32 is enough, however long the span and whatever the ratio of w. For a value
+/// v = a + d l at l pixels from there is off by no more than
+///
+/// ```text
+/// 2^-24 (|a| + 2 |d l| + |v|)  <=  2^-24 * 3 (|a| + |v|)
+/// ```
+///
+/// by the rounding of a, of d, of the product and of the sum. Since |s| <= R / w for the largest
+/// parameter R, and 1/w at the pixel is no less than at the end, this is at most 2^-24 * 6 R / w for
+/// s; for 1/w, which is positive and grows from a, it is 2^-24 * 3 / w. With their quotient's own
+/// rounding r = s / (1/w) is off by less than 2^-24 * 11 R, or 7e-7 R. Starting from the near end
+/// instead, the error would grow with the ratio of w: by this choice there is nothing to restart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line<const N: usize> {
+    /// The pixel's column, relative to the viewport.
+    pub(crate) x: i32,
+    pub(crate) at: ScreenParams<N, f32>,
+    pub(crate) delta: ScreenParams<N, f32>,
 }
 
 impl<'a, const N: usize> Span<'a, N> {
@@ -31,20 +49,21 @@ impl<'a, const N: usize> Span<'a, N> {
     #[inline(always)]
     pub(crate) fn new(
         polygon: &'a ScreenPolygon<N>,
-        run: &Run,
+        run: Run,
         columns: &Range<i32>,
     ) -> Option<Self> {
         let x = run.x.start.max(columns.start)..run.x.end.min(columns.end);
         if x.is_empty() {
             return None;
         }
-        let (start, delta) = polygon.along(run);
-        Some(Self { polygon, y: run.y, x, first: run.x.start, start, delta, edges: run.edges })
+        let line = polygon.line(&run);
+        Some(Self { polygon, run, x, line })
     }
 
     /// The row on the framebuffer.
+    #[inline(always)]
     pub fn y(&self) -> i32 {
-        self.polygon.corner.1 + self.y
+        self.polygon.corner.1 + self.run.y
     }
 
     /// The columns on the framebuffer; never empty.
@@ -54,12 +73,12 @@ impl<'a, const N: usize> Span<'a, N> {
 
     /// z, s_1 .. s_n and s_{n+1} = 1/w at the centre of the first pixel.
     pub fn start(&self) -> ScreenParams<N> {
-        self.per_w(self.at(self.x.start))
+        self.per_w(self.polygon.at(self.x.start, &self.run))
     }
 
     /// The change of [`start`](Self::start) from one pixel to the next.
     pub fn delta(&self) -> ScreenParams<N> {
-        self.per_w(self.delta)
+        self.per_w(self.polygon.along(&self.run).1)
     }
 
     /// The fragments, from left to right: depth, w and parameters of each pixel.
@@ -73,16 +92,12 @@ impl<'a, const N: usize> Span<'a, N> {
         Blocks::new(self)
     }
 
-    /// The values at the centre of a column.
-    pub(crate) fn at(&self, x: i32) -> ScreenParams<N> {
-        self.start.step(&self.delta, f64::from(x - self.first))
-    }
-
     /// The derivatives of the parameters with respect to screen x and y at a column: the quotient
     /// rule for r = s / (1/w).
     pub(crate) fn derivatives(&self, x: i32) -> ([f32; N], [f32; N]) {
-        let at = self.at(x);
-        let dy = self.polygon.downwards(x, self.y, self.edges);
+        let at = self.polygon.at(x, &self.run);
+        let dx = self.polygon.along(&self.run).1;
+        let dy = self.polygon.downwards(x, &self.run);
         let quotient = |d: &ScreenParams<N>| {
             std::array::from_fn(|i| {
                 let r = if self.polygon.times_w[i] {
@@ -93,7 +108,7 @@ impl<'a, const N: usize> Span<'a, N> {
                 r as f32
             })
         };
-        (quotient(&self.delta), quotient(&dy))
+        (quotient(&dx), quotient(&dy))
     }
 
     /// From the polygon's unit of w to w itself; the unit is a power of two, so this is exact.

@@ -27,11 +27,12 @@ impl<C> IntoColor<C> for Option<C> {
 
 /// What a renderer calls for the visible pixels of a block.
 pub(crate) trait Shader<const N: usize, C> {
-    /// Colours the visible lanes, and says which of them were not discarded.
+    /// Colours the visible lanes, and says which of them were not discarded. `steps` are those of
+    /// [`Block::steps`].
     fn shade<S: Simd>(
         &self,
-        simd: S,
         block: &Block<'_, N>,
+        steps: f32x16<S>,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
@@ -50,14 +51,14 @@ where
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        simd: S,
         block: &Block<'_, N>,
+        steps: f32x16<S>,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
     ) -> u32 {
         const ALL: u32 = (1 << LANES) - 1;
-        let fragments = block.fragments(depth, visible, block.params(simd));
+        let fragments = block.fragments(depth, visible, block.params(steps));
         let mut drawn = visible;
         let mut shade = |lane: usize| match (self.0)(&fragments.fragment(lane)).into_color() {
             Some(color) => colors[lane] = color,
@@ -89,13 +90,13 @@ where
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        simd: S,
         block: &Block<'_, N>,
+        steps: f32x16<S>,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
     ) -> u32 {
-        let mut fragments = block.fragments(depth, visible, block.params(simd));
+        let mut fragments = block.fragments(depth, visible, block.params(steps));
         let mut shaded = *colors;
         (self.0)(&mut fragments, &mut shaded);
         let drawn = fragments.visible & visible;
@@ -114,8 +115,8 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        _: S,
         _: &Block<'_, N>,
+        _: f32x16<S>,
         _: f32x16<S>,
         visible: u32,
         _: &mut [C; LANES],

@@ -297,16 +297,17 @@ impl Raster {
         depths: &mut Lanes,
         shader: &impl Shader<N, C>,
     ) {
+        let steps = block.steps(simd);
         let depth = match self.source {
-            DepthSource::Z => block.depth(simd),
-            DepthSource::InverseW => block.inverse_w(simd),
+            DepthSource::Z => block.depth(steps),
+            DepthSource::InverseW => block.inverse_w(steps),
         };
         let stored = f32x16::simd_from(simd, *depths);
         let visible = self.test.passes(depth, stored) & block.lanes();
         if visible == 0 {
             return;
         }
-        let drawn = shader.shade(simd, block, depth, visible, colors);
+        let drawn = shader.shade(block, steps, depth, visible, colors);
         if self.write {
             let drawn = mask32x16::from_bitmask(simd, drawn.into());
             *depths = drawn.select(depth, stored).into();
