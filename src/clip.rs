@@ -55,9 +55,10 @@ impl ClipPlane {
     /// The plane a x + b y + c z + d w >= 0 in clip space.
     ///
     /// A plane given in object space is brought to clip space by the inverse transpose of the
-    /// matrix that brings points there.
+    /// matrix that brings points there. Coefficients that are not all finite make no plane: nothing
+    /// is cut.
     pub fn new(coefficients: Vec4) -> Self {
-        Self(coefficients.as_dvec4())
+        Self(if coefficients.is_finite() { coefficients.as_dvec4() } else { DVec4::ZERO })
     }
 
     /// The planes -gx w <= x <= gx w and -gy w <= y <= gy w: left, right, bottom, top.

@@ -187,9 +187,9 @@ impl<'a, const N: usize> Block<'a, N> {
     pub(crate) fn inverse_w<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
         match self.span.polygon.w {
             WRange::Constant { inv_w, .. } => f32x16::splat(steps.simd, inv_w),
-            WRange::Varying { min, max } => {
+            WRange::Varying { inv_w: (min, max), .. } => {
                 let per_unit = (1.0 / self.span.polygon.w_unit) as f32;
-                self.clamped_inverse_w(steps, min, max) * per_unit
+                self.inverse_w_in_units(steps).max(min).min(max) * per_unit
             }
         }
     }
@@ -203,15 +203,24 @@ impl<'a, const N: usize> Block<'a, N> {
             WRange::Constant { w, .. } => {
                 Params { w: [w; LANES], params: std::array::from_fn(|i| s(i).into()) }
             }
-            WRange::Varying { min, max } => {
-                let per_unit = reciprocal(self.clamped_inverse_w(steps, min, max));
-                let params = if polygon.all_times_w {
-                    std::array::from_fn(|i| (s(i) * per_unit).into())
-                } else {
-                    let times_w = |i| if polygon.times_w[i] { s(i) * per_unit } else { s(i) };
-                    std::array::from_fn(|i| times_w(i).into())
+            WRange::Varying { w: (min, max), inv_w } => {
+                // Not brought into its range: s is not either, so that r keeps to its plane where a
+                // pixel centre lies outside the polygon.
+                let mut per_w = self.inverse_w_in_units(steps);
+                if polygon.limits.is_some() {
+                    per_w = per_w.max(inv_w.0).min(inv_w.1);
+                }
+                let per_unit = reciprocal(per_w);
+                let times_w = |i| if polygon.times_w[i] { s(i) * per_unit } else { s(i) };
+                let params = match &polygon.limits {
+                    None if polygon.all_times_w => {
+                        std::array::from_fn(|i| (s(i) * per_unit).into())
+                    }
+                    None => std::array::from_fn(|i| times_w(i).into()),
+                    Some(limits) => std::array::from_fn(|i| limited(times_w(i).into(), limits[i])),
                 };
-                Params { w: (per_unit * polygon.w_unit as f32).into(), params }
+                let w = (per_unit * polygon.w_unit as f32).max(min).min(max);
+                Params { w: w.into(), params }
             }
         }
     }
@@ -235,13 +244,19 @@ impl<'a, const N: usize> Block<'a, N> {
         }
     }
 
-    /// 1/w in the polygon's unit, kept in the polygon's range: a pixel centre may lie outside the
-    /// polygon by the rounding of its outline.
+    /// 1/w in the polygon's unit. Outside the polygon, where a pixel centre may lie by the rounding
+    /// of its outline, it may leave the polygon's range.
     #[inline(always)]
-    fn clamped_inverse_w<S: Simd>(&self, steps: f32x16<S>, min: f32, max: f32) -> f32x16<S> {
+    fn inverse_w_in_units<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
         let Line { at, delta, .. } = &self.span.line;
-        (steps * delta.inv_w + at.inv_w).max(min).min(max)
+        steps * delta.inv_w + at.inv_w
     }
+}
+
+/// Values within limits. Of NaN, and of a zero's sign, the same is made on every machine.
+#[cold]
+fn limited(values: Lanes, (min, max): (f32, f32)) -> Lanes {
+    values.map(|value| value.max(min).min(max) + 0.0)
 }
 
 /// The division of the rational linear method, once for each pixel of a block.

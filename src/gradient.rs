@@ -12,6 +12,11 @@ use glam::DVec3;
 use crate::project::{ScreenParams, ScreenVertex, Viewport};
 use crate::vertex::Vertex;
 
+/// The height in pixels below which a triangle is too thin to have planes. Vertices on a line in
+/// exact arithmetic are found up to 2^-36 pixel away from it at the end of the guard band, and a
+/// pixel centre may lie 2^-8 pixel outside; this is half way between, on the scale of powers.
+const MIN_HEIGHT: f64 = 1.0 / (1 << 20) as f64;
+
 /// The planes of z, s_1 .. s_n and s_{n+1} over the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gradient<const N: usize> {
@@ -24,12 +29,17 @@ pub struct Gradient<const N: usize> {
 }
 
 impl<const N: usize> Gradient<N> {
-    /// The planes through three vertices; `None` when these lie on a line, or so nearly on one that
-    /// the slopes are not finite.
+    /// The planes through three vertices; `None` when these lie on a line or within 2^-20 pixel of
+    /// one, where rounding errors across the line would be taken for slopes.
     pub fn through([a, b, c]: [&ScreenVertex<N>; 3]) -> Option<Self> {
         let (abx, aby) = (b.x - a.x, b.y - a.y);
         let (acx, acy) = (c.x - a.x, c.y - a.y);
         let area = abx * acy - acx * aby;
+        // Twice the area by a length that is at least the longest side: at most the height.
+        let length = abx.abs() + aby.abs() + acx.abs() + acy.abs();
+        if area.abs() <= length * MIN_HEIGHT {
+            return None;
+        }
         let (ab, ac) =
             (b.values.zip(&a.values, |b, a| b - a), c.values.zip(&a.values, |c, a| c - a));
         let per_area = 1.0 / area;

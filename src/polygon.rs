@@ -14,7 +14,9 @@ use std::ops::Range;
 use crate::clip::{ClipSpace, ClipVertex};
 use crate::edge_table::Run;
 use crate::gradient::Gradient;
-use crate::project::{FixedPoint, Projected, Projection, ScreenParams, ScreenVertex, Viewport};
+use crate::project::{
+    FixedPoint, Projected, Projection, SUBPIXELS, ScreenParams, ScreenVertex, Viewport,
+};
 use crate::span::Line;
 use crate::vertex::Interpolation;
 
@@ -25,6 +27,10 @@ const PLANE_TOLERANCE: f64 = 1.0 / (1 << 19) as f64;
 
 /// The same for depth, in absolute terms: four units in the last place of a depth near 1.
 const DEPTH_TOLERANCE: f64 = 1.0 / (1 << 22) as f64;
+
+/// The least 1/w, where the greatest is 1 or little less, that is still exact to f32 when it comes
+/// out of sums in f64: rounded in units of 2^-53, it is off by 2^-27 of itself.
+const LEAST_EXACT: f32 = 1.0 / (1 << 26) as f32;
 
 /// The polygon being scan-converted, with the memory that it needs.
 #[derive(Clone, Debug)]
@@ -47,6 +53,9 @@ pub(crate) struct ScreenPolygon<const N: usize> {
     pub(crate) all_times_w: bool,
     /// The smallest and the largest depth of the vertices.
     pub(crate) z: (f32, f32),
+    /// The smallest and the largest value of each parameter, if 1/w changes so much, per pixel or in
+    /// all, that s / (1/w) cannot be trusted at every pixel centre.
+    pub(crate) limits: Option<[(f32, f32); N]>,
 }
 
 /// The w of a polygon.
@@ -54,29 +63,21 @@ pub(crate) struct ScreenPolygon<const N: usize> {
 pub(crate) enum WRange {
     /// All vertices have the same w: nothing is divided at the pixels.
     Constant { w: f32, inv_w: f32 },
-    /// 1/w in the polygon's unit is between `min` and `max`.
-    Varying { min: f32, max: f32 },
+    /// w is between the values of `w`; 1/w, in the polygon's unit, between those of `inv_w`.
+    Varying { w: (f32, f32), inv_w: (f32, f32) },
 }
 
 impl WRange {
-    /// For w from `min` to `max`, measured in `unit`: made so narrow that unit / v, rounded to f32,
-    /// never leaves the range of w.
+    /// For w from `min` to `max`, measured in `unit`.
+    #[inline(always)]
     fn new(unit: f64, min: f64, max: f64) -> Self {
-        let (w_min, w_max) = (min as f32, max as f32);
+        let w = (min as f32, max as f32);
         if min == max {
-            return Self::Constant { w: w_min, inv_w: 1.0 / w_min };
+            return Self::Constant { w: w.0, inv_w: 1.0 / w.0 };
         }
-        let w = |v: f32| 1.0 / v * unit as f32;
         // Below the smallest normal number the reciprocal would not be finite: w ratios over 2^126.
-        let (mut low, mut high) =
-            (((unit / max) as f32).max(f32::MIN_POSITIVE), (unit / min) as f32);
-        while w(low) > w_max {
-            low = low.next_up();
-        }
-        while w(high) < w_min {
-            high = high.next_down();
-        }
-        Self::Varying { min: low, max: high }
+        let least = ((unit / max) as f32).max(f32::MIN_POSITIVE);
+        Self::Varying { w, inv_w: (least, (unit / min) as f32) }
     }
 }
 
@@ -112,6 +113,7 @@ impl<const N: usize> Default for ScreenPolygon<N> {
             times_w: [false; N],
             all_times_w: false,
             z: (0.0, 1.0),
+            limits: None,
         }
     }
 }
@@ -166,9 +168,29 @@ impl<const N: usize> ScreenPolygon<N> {
             Some(_) if flat => ByEdges::default(),
             Some(gradient) => self.misfits(&gradient),
         };
+        self.limits = if self.is_steep() { Some(self.limits()) } else { None };
+    }
+
+    /// Whether 1/w, as it is found at a pixel centre, may leave the range of the vertices by more
+    /// than a quarter of its least value: by its slope, since the centre may lie outside the
+    /// unrounded polygon by half a subpixel along each axis, or by rounding.
+    #[inline(always)]
+    fn is_steep(&self) -> bool {
+        let WRange::Varying { inv_w: (least, _), .. } = self.w else { return false };
+        let change = self.gradient.dx.inv_w.abs() + self.gradient.dy.inv_w.abs();
+        least < LEAST_EXACT || change * (0.5 / f64::from(SUBPIXELS)) > 0.25 * f64::from(least)
+    }
+
+    #[cold]
+    fn limits(&self) -> [(f32, f32); N] {
+        std::array::from_fn(|i| {
+            let (min, max) = extent(self.vertices.iter().map(|v| self.parameter(v, i)));
+            (min as f32, max as f32)
+        })
     }
 
     /// Which values at the vertices do not lie on the planes.
+    #[cold]
     fn misfits(&self, gradient: &Gradient<N>) -> ByEdges<N> {
         let mut largest = [0.0f64; N];
         for v in &self.vertices {

@@ -1,0 +1,124 @@
+//! The exact inputs of faults that were found and fixed, most of them by the fuzz targets.
+
+use glam::vec4;
+use polyscan::{ClipPlane, ScanConverter, Vertex, Viewport};
+
+/// A pixel centre outside the unrounded triangle got w from its range, but s from its plane.
+#[test]
+fn a_constant_parameter_stays_so_outside_the_unrounded_polygon() {
+    let triangle = [
+        vec4(10.875, -189.0, 0.37254903, 1.0),
+        vec4(-1.0, 1.0004883, 0.3764706, 1.0),
+        vec4(1.78125, -1.5, -0.0, -1.5),
+    ]
+    .map(|position| Vertex::new(position, [1.46875]));
+    let mut scan = ScanConverter::new(Viewport::new(16, 1).expect("small"));
+    let mut seen = 0;
+    for span in scan.spans(&triangle) {
+        for fragment in span.fragments() {
+            let error = (fragment.params[0] / 1.46875 - 1.0).abs();
+            assert!(error < 1e-6, "{fragment:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 0);
+}
+
+/// The same where 1/w changes many times its size over a subpixel, so that its plane is no good.
+#[test]
+fn parameters_of_a_steep_sliver_stay_between_those_of_the_vertices() {
+    // Just right of the pixel centres in column 31, and 1/5000 pixel wide.
+    let sliver = [
+        (vec4(6.03e-5, -0.9, 0.5, 1.0), [1.0, 0.25]),
+        (vec4(6.03e-2, 900.0, 500.0, 1000.0), [1.0, 0.5]),
+        (vec4(6.67e-5, 0.0, 0.5, 1.0), [1.0, 0.75]),
+    ]
+    .map(|(position, params)| Vertex::new(position, params));
+    let mut scan = ScanConverter::new(Viewport::new(63, 63).expect("small"));
+    let mut seen = 0;
+    for span in scan.spans(&sliver) {
+        for fragment in span.fragments() {
+            let [one, other] = fragment.params;
+            assert!((one - 1.0).abs() < 1e-6, "{fragment:?}");
+            assert!((0.25..=0.75).contains(&other), "{fragment:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 0);
+}
+
+/// Two corners are one on the screen, so that rounding errors made up the slopes of the plane.
+#[test]
+fn a_triangle_seen_exactly_edge_on_has_no_slopes_of_rounding_errors() {
+    let edge_on = [
+        vec4(0.9, 0.25490195, 0.039215688, 1.0),
+        vec4(0.9, 0.25490195, 0.37254903, 1.0),
+        vec4(-1.5, -1.5, -1.5, -1.5),
+    ]
+    .map(|position| Vertex::new(position, [-1.5]));
+    let mut scan = ScanConverter::new(Viewport::new(100, 255).expect("small"));
+    for span in scan.spans(&edge_on) {
+        for fragment in span.fragments() {
+            assert!((fragment.params[0] / -1.5 - 1.0).abs() < 1e-6, "{fragment:?}");
+        }
+    }
+}
+
+/// A side leads through the eye, so that w begins at the smallest normal number.
+#[test]
+fn parameters_stay_finite_at_w_ratios_over_2_to_the_126() {
+    let through_eye = [
+        (vec4(-1.0, -6.1764708, 0.4509804, 1.0), 0.53125),
+        (vec4(1.46875, 1.46875, 1.46875, 1.46875), -1.5),
+        (vec4(-1.5, -1.5, -1.5, -1.5), 1.9043541e15),
+        (vec4(-15.363281, 15.529411, 11.105883, 16.0), -1.5),
+    ]
+    .map(|(position, param)| Vertex::new(position, [param]));
+    let mut scan = ScanConverter::new(Viewport::new(65_535, 16).expect("small"));
+    for span in scan.spans(&through_eye) {
+        for fragment in span.fragments().take(1000) {
+            assert!((-1.5..=1.9043541e15).contains(&fragment.params[0]), "{fragment:?}");
+        }
+    }
+}
+
+/// Where w ratios are over 2^47, 1/w at the far end is a sum of numbers that cancel each other.
+#[test]
+fn a_constant_parameter_stays_so_at_any_w_ratio() {
+    let triangle = [
+        vec4(-0.99710083, 1.0, 0.03529412, 1.0),
+        vec4(1.46875, -1.5, 1.46875, 0.34375),
+        vec4(-3.5424138e-15, 3.5527137e-15, 1.32356e-15, 3.5527137e-15),
+    ]
+    .map(|position| Vertex::new(position, [1.46875]));
+    let mut scan = ScanConverter::new(Viewport::new(65_536, 64).expect("small"));
+    let mut seen = 0;
+    for span in scan.spans(&triangle) {
+        for fragment in span.fragments() {
+            assert!((fragment.params[0] / 1.46875 - 1.0).abs() < 1e-6, "{fragment:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 0);
+}
+
+/// Distances were infinite on both sides of the plane, and their ratio NaN.
+#[test]
+fn a_plane_that_is_not_finite_cuts_nothing() {
+    let triangle = [
+        vec4(141.0, -0.03999996, 0.29411766, 1.0),
+        vec4(-1.0, -0.5, 0.2784314, 1.0),
+        vec4(-1.5, -1.5, -1.5, -1.5),
+    ]
+    .map(|position| Vertex::new(position, [-1.5]));
+    let mut scan = ScanConverter::new(Viewport::new(1, 100).expect("small"));
+    scan.planes.push(ClipPlane::new(vec4(f32::INFINITY, -0.375, 0.125, 0.84375)));
+    let mut seen = 0;
+    for span in scan.spans(&triangle) {
+        for fragment in span.fragments() {
+            assert!((fragment.params[0] / -1.5 - 1.0).abs() < 1e-6, "{fragment:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 0);
+}
