@@ -53,7 +53,7 @@ pub struct Fragments<'a, const N: usize> {
 
 impl<'a, const N: usize> Fragments<'a, N> {
     pub(crate) fn new(span: &'a Span<'a, N>) -> Self {
-        Self { blocks: span.blocks(), block: None }
+        Self { blocks: span.blocks(0), block: None }
     }
 }
 
@@ -122,9 +122,13 @@ pub(crate) struct Blocks<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Blocks<'a, N> {
+    /// The blocks of a span whose first pixel is the one `before` pixels after the beginning of a
+    /// cache line. Memory is faster in whole lines, so a long span begins with a part of a block;
+    /// a short one had better be one block.
     #[inline(always)]
-    pub(crate) fn new(span: &'a Span<'a, N>) -> Self {
-        Self { span, x: span.x.start }
+    pub(crate) fn new(span: &'a Span<'a, N>, before: usize) -> Self {
+        let before = if span.x.len() > LANES { before % LANES } else { 0 };
+        Self { span, x: span.x.start - before as i32 }
     }
 }
 

@@ -388,9 +388,12 @@ fn widest_triangle<const N: usize>(vertices: &[ScreenVertex<N>]) -> Option<[&Scr
     Some([a, b, c])
 }
 
-/// The smallest and the largest value.
+/// The smallest and the largest value; NaN is passed over.
+#[inline(always)]
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), v| (min.min(v), max.max(v)))
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), v| {
+        (if v < min { v } else { min }, if v > max { v } else { max })
+    })
 }
 
 /// The power of two at or below a positive normal number.

@@ -66,6 +66,12 @@ impl<'a, const N: usize> Span<'a, N> {
         self.polygon.corner.1 + self.run.y
     }
 
+    /// The first visible column on the framebuffer.
+    #[inline(always)]
+    pub(crate) fn column(&self) -> i32 {
+        self.polygon.corner.0 + self.x.start
+    }
+
     /// The columns on the framebuffer; never empty.
     pub fn x(&self) -> Range<i32> {
         self.polygon.corner.0 + self.x.start..self.polygon.corner.0 + self.x.end
@@ -86,10 +92,10 @@ impl<'a, const N: usize> Span<'a, N> {
         Fragments::new(self)
     }
 
-    /// The pixels in the blocks in which they are evaluated.
+    /// The pixels in the blocks in which they are evaluated; see [`Blocks::new`].
     #[inline(always)]
-    pub(crate) fn blocks(&self) -> Blocks<'_, N> {
-        Blocks::new(self)
+    pub(crate) fn blocks(&self, before: usize) -> Blocks<'_, N> {
+        Blocks::new(self, before)
     }
 
     /// The derivatives of the parameters with respect to screen x and y at a column: the quotient

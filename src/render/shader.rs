@@ -1,6 +1,6 @@
 //! Shaders: functions from a fragment to its colour, or from a block of fragments to theirs.
 
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 
 use crate::fragment::{Block, Fragment, FragmentBlock, LANES};
 
@@ -99,9 +99,11 @@ where
         let mut fragments = block.fragments(depth, visible, block.params(steps));
         let mut shaded = *colors;
         (self.0)(&mut fragments, &mut shaded);
+        std::hint::black_box(&mut shaded);
         let drawn = fragments.visible & visible;
+        let mask: [i32; LANES] = mask32x16::from_bitmask(steps.simd, drawn.into()).into();
         for lane in 0..LANES {
-            colors[lane] = if drawn >> lane & 1 != 0 { shaded[lane] } else { colors[lane] };
+            colors[lane] = if mask[lane] != 0 { shaded[lane] } else { colors[lane] };
         }
         drawn
     }

@@ -243,9 +243,12 @@ impl Raster {
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
+        // Pixels from the beginning of a cache line to the first depth.
+        let line_offset = band.depth.as_ptr().addr() / size_of::<f32>() % LANES;
         for span in spans {
             let row = band.row(span.y());
-            for block in span.blocks() {
+            let first = row.wrapping_add_signed(span.column() as isize);
+            for block in span.blocks(first.wrapping_add(line_offset)) {
                 // Blocks may reach over the sides of the framebuffer: into the next row, whose
                 // pixels they put back, or out of the band.
                 let at = row.wrapping_add_signed(block.column() as isize);
