@@ -223,7 +223,7 @@ enum Kind<'a> {
 impl Iterator for Runs<'_> {
     type Item = Run;
 
-    #[inline]
+    #[inline(always)]
     fn next(&mut self) -> Option<Run> {
         match &mut self.0 {
             Kind::Convex(pair) => pair.next_run(),
@@ -241,7 +241,7 @@ struct ActivePair<'a> {
 }
 
 impl ActivePair<'_> {
-    #[inline]
+    #[inline(always)]
     fn next_run(&mut self) -> Option<Run> {
         loop {
             let [a, b] = self.pair.as_mut()?;

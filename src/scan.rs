@@ -203,4 +203,13 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
             }
         }
     }
+
+    #[inline(always)]
+    fn fold<B, F: FnMut(B, Span<'a, N>) -> B>(self, init: B, mut f: F) -> B {
+        let Self { polygon, runs, columns } = self;
+        runs.fold(init, |result, run| match Span::new(polygon, run, &columns) {
+            Some(span) => f(result, span),
+            None => result,
+        })
+    }
 }

@@ -245,7 +245,7 @@ impl Raster {
     ) {
         // Pixels from the beginning of a cache line to the first depth.
         let line_offset = band.depth.as_ptr().addr() / size_of::<f32>() % LANES;
-        for span in spans {
+        spans.for_each(|span| {
             let row = band.row(span.y());
             let first = row.wrapping_add_signed(span.column() as isize);
             for block in span.blocks(first.wrapping_add(line_offset)) {
@@ -260,7 +260,7 @@ impl Raster {
                     self.draw_at_the_end(simd, &block, at, band, shader);
                 }
             }
-        }
+        });
     }
 
     /// Draws a block that reaches out of the band, on a copy of its pixels.
