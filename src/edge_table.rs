@@ -227,7 +227,11 @@ impl Iterator for Runs<'_> {
     fn next(&mut self) -> Option<Run> {
         match &mut self.0 {
             Kind::Convex(pair) => pair.next_run(),
-            Kind::Any(edges) => edges.next_run(),
+            Kind::Any(edges) => {
+                // Field by field, so that the short path need not write its own to memory.
+                let Run { y, x, edges: [left, right] } = edges.next_run()?;
+                Some(Run { y, x: x.start..x.end, edges: [left, right] })
+            }
         }
     }
 }
@@ -299,6 +303,7 @@ impl<'a> ActiveEdges<'a> {
         self.next = 0;
     }
 
+    #[inline(never)]
     fn next_run(&mut self) -> Option<Run> {
         loop {
             if let Some(run) = self.run_in_row() {

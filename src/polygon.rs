@@ -229,7 +229,14 @@ impl<const N: usize> ScreenPolygon<N> {
     #[inline(always)]
     pub(crate) fn line(&self, run: &Run) -> Line<N> {
         if self.by_edges.any {
-            return self.line_by_edges(run);
+            // Field by field, so that the other path need not write its own to memory.
+            let Line { x, at, delta } = self.line_by_edges(run);
+            let fields = |p: &ScreenParams<N, f32>| ScreenParams {
+                z: p.z,
+                inv_w: p.inv_w,
+                s: std::array::from_fn(|i| p.s[i]),
+            };
+            return Line { x, at: fields(&at), delta: fields(&delta) };
         }
         let delta = self.delta;
         let x = if delta.inv_w < 0.0 { run.x.end - 1 } else { run.x.start };
