@@ -1,6 +1,6 @@
 //! Shaders: functions from a fragment to its colour, or from a block of fragments to theirs.
 
-use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
+use fearless_simd::{Simd, f32x16};
 
 use crate::fragment::{Block, Fragment, FragmentBlock, LANES};
 
@@ -24,6 +24,9 @@ impl<C> IntoColor<C> for Option<C> {
         self
     }
 }
+
+/// All lanes of a block.
+const ALL: u32 = (1 << LANES) - 1;
 
 /// What a renderer calls for the visible pixels of a block.
 pub(crate) trait Shader<const N: usize, C> {
@@ -57,7 +60,6 @@ where
         visible: u32,
         colors: &mut [C; LANES],
     ) -> u32 {
-        const ALL: u32 = (1 << LANES) - 1;
         let fragments = block.fragments(depth, visible, block.params(steps));
         let mut drawn = visible;
         let mut shade = |lane: usize| match (self.0)(&fragments.fragment(lane)).into_color() {
@@ -99,11 +101,18 @@ where
         let mut fragments = block.fragments(depth, visible, block.params(steps));
         let mut shaded = *colors;
         (self.0)(&mut fragments, &mut shaded);
-        std::hint::black_box(&mut shaded);
+        // What the shader made is stored here as a whole: only then does the compiler see that its
+        // loop over the lanes can be SIMD, whatever becomes of each lane.
+        let shaded = *std::hint::black_box(&shaded);
         let drawn = fragments.visible & visible;
-        let mask: [i32; LANES] = mask32x16::from_bitmask(steps.simd, drawn.into()).into();
-        for lane in 0..LANES {
-            colors[lane] = if mask[lane] != 0 { shaded[lane] } else { colors[lane] };
+        if drawn == ALL {
+            *colors = shaded;
+        } else {
+            for lane in 0..LANES {
+                if drawn >> lane & 1 != 0 {
+                    colors[lane] = shaded[lane];
+                }
+            }
         }
         drawn
     }
