@@ -10,7 +10,7 @@
 //! runs along the edge does not matter), and a vertex exactly on a plane is kept as it is.
 //! Arithmetic is f64 throughout, so that clipping by many planes adds no visible error.
 
-use glam::{DVec4, Vec4};
+use glam::{DVec3, DVec4, Vec3Swizzles, Vec4, Vec4Swizzles};
 
 use crate::vertex::{Interpolation, Vertex};
 
@@ -284,6 +284,38 @@ impl<const N: usize> Clipper<N> {
             self.clip_by(distance, |position| plane.settle(position), interpolation);
         }
         if self.vertices.len() < 3 { Outcome::Outside } else { Outcome::Clipped }
+    }
+
+    /// Clips the loaded polygon in place, as far as it can be seen: see
+    /// [`is_edge_on_at_eye`](Self::is_edge_on_at_eye).
+    pub(crate) fn clip_to_view(
+        &mut self,
+        planes: &[ClipPlane],
+        interpolation: &[Interpolation; N],
+    ) -> Outcome {
+        if self.is_edge_on_at_eye() {
+            return Outcome::Outside;
+        }
+        self.clip_vertices(planes, interpolation)
+    }
+
+    /// Whether the loaded polygon reaches the eye, or behind it, in a plane that runs through the
+    /// eye: no area of it is seen, but clipping would make up places on the screen from rounding
+    /// errors.
+    fn is_edge_on_at_eye(&self) -> bool {
+        if self.vertices.iter().all(|v| v.position.w >= W_MIN) {
+            return false;
+        }
+        let rays = || self.vertices.iter().map(|v| v.position.xyw());
+        let longest = |a: &DVec3, b: &DVec3| a.length_squared().total_cmp(&b.length_squared());
+        let a = rays().max_by(longest).unwrap_or_default();
+        let b = rays().max_by(|b, c| longest(&a.cross(*b), &a.cross(*c))).unwrap_or_default();
+        // A plane has no vertex off that of the rays to two of them. The products and their sums
+        // are off by less than half of this, at 2^-53 each.
+        const ROUNDING: f64 = 16.0 * f64::EPSILON;
+        let (normal, size_a, size_b) = (a.cross(b), a.abs(), b.abs());
+        let size = size_a.yzx() * size_b.zxy() + size_a.zxy() * size_b.yzx();
+        rays().all(|c| c.dot(normal).abs() <= ROUNDING * c.abs().dot(size))
     }
 
     /// Sutherland and Hodgman's step: keeps the part of the polygon where `distance` is not

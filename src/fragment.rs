@@ -205,7 +205,11 @@ impl<'a, const N: usize> Block<'a, N> {
         let s = |i: usize| steps * delta.s[i] + at.s[i];
         match polygon.w {
             WRange::Constant { w, .. } => {
-                Params { w: [w; LANES], params: std::array::from_fn(|i| s(i).into()) }
+                let limit = |i| match &polygon.limits {
+                    None => s(i).into(),
+                    Some(limits) => limited(s(i).into(), limits[i]),
+                };
+                Params { w: [w; LANES], params: std::array::from_fn(limit) }
             }
             WRange::Varying { w: (min, max), inv_w } => {
                 // Not brought into its range: s is not either, so that r keeps to its plane where a

@@ -54,7 +54,8 @@ pub(crate) struct ScreenPolygon<const N: usize> {
     /// The smallest and the largest depth of the vertices.
     pub(crate) z: (f32, f32),
     /// The smallest and the largest value of each parameter, if 1/w changes so much, per pixel or in
-    /// all, that s / (1/w) cannot be trusted at every pixel centre.
+    /// all, that s / (1/w) cannot be trusted at every pixel centre, or if s changes by more than an
+    /// f32 holds.
     pub(crate) limits: Option<[(f32, f32); N]>,
 }
 
@@ -72,7 +73,8 @@ impl WRange {
     #[inline(always)]
     fn new(unit: f64, min: f64, max: f64) -> Self {
         let w = (min as f32, max as f32);
-        if min == max {
+        // Clipping in f64 may leave less than f32 can tell apart.
+        if w.0 == w.1 {
             return Self::Constant { w: w.0, inv_w: 1.0 / w.0 };
         }
         // Below the smallest normal number the reciprocal would not be finite: w ratios over 2^126.
@@ -132,7 +134,8 @@ impl<const N: usize> ScreenPolygon<N> {
         let w_unit = power_of_two_below(min);
         self.w_unit = w_unit;
         self.w = WRange::new(w_unit, min, max);
-        self.times_w = interpolation.map(|i| i == Interpolation::Perspective && min != max);
+        let divides = matches!(self.w, WRange::Varying { .. });
+        self.times_w = interpolation.map(|i| divides && i == Interpolation::Perspective);
         self.all_times_w = self.times_w == [true; N];
         let projection =
             Projection { viewport: *viewport, clip_space, w_unit, divide: self.times_w };
@@ -163,12 +166,13 @@ impl<const N: usize> ScreenPolygon<N> {
         let gradient = widest_triangle(&self.vertices).and_then(Gradient::through);
         self.gradient = gradient.unwrap_or_default();
         self.delta = self.gradient.dx.rounded();
+        let finite = self.gradient.dx.s.iter().all(|d| d.abs() <= f64::from(f32::MAX));
         self.by_edges = match gradient {
             None => ByEdges { any: true, z: true, inv_w: true, s: Flags([true; N]) },
             Some(_) if flat => ByEdges::default(),
             Some(gradient) => self.misfits(&gradient),
         };
-        self.limits = if self.is_steep() { Some(self.limits()) } else { None };
+        self.limits = if self.is_steep() || !finite { Some(self.limits()) } else { None };
     }
 
     /// Whether 1/w, as it is found at a pixel centre, may leave the range of the vertices by more

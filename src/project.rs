@@ -167,13 +167,14 @@ impl<const N: usize> ScreenParams<N> {
         self.zip(delta, |a, d| a + d * steps)
     }
 
-    /// Rounded to f32.
+    /// Rounded to f32; what exceeds it becomes its largest number, whose product with 0 is 0.
     #[inline(always)]
     pub(crate) fn rounded(&self) -> ScreenParams<N, f32> {
+        let round = |v: f64| (v as f32).clamp(f32::MIN, f32::MAX);
         ScreenParams {
             z: self.z as f32,
             inv_w: self.inv_w as f32,
-            s: std::array::from_fn(|i| self.s[i] as f32),
+            s: std::array::from_fn(|i| round(self.s[i])),
         }
     }
 }
@@ -273,6 +274,6 @@ fn subpixels(x: f64, w: f64, size: u32) -> i32 {
     // beyond 2^50, where f64 runs out of bits, may be found outside of it.
     const LIMIT: f64 = (SUBPIXELS * (1 << 17)) as f64;
     let scale = f64::from(size) * f64::from(SUBPIXELS / 2);
-    let centred = (x * scale / w).max(-LIMIT).min(LIMIT);
+    let centred = (x * scale / w).clamp(-LIMIT, LIMIT);
     ((centred + ROUND) - ROUND + scale) as i32
 }

@@ -122,7 +122,7 @@ impl<const N: usize> ScanConverter<N> {
         let mut planes = std::mem::take(&mut self.all_planes);
         self.collect_planes(&mut planes);
         self.clipper.load(polygon, &self.interpolation);
-        let outcome = self.clipper.clip_vertices(&planes, &self.interpolation);
+        let outcome = self.clipper.clip_to_view(&planes, &self.interpolation);
         self.all_planes = planes;
         if outcome == Outcome::Outside {
             return None;

@@ -3,10 +3,10 @@
 mod common;
 
 use common::generators::{self, Cells, Rng};
-use common::oracle::{self, Depth, FillRule, Window};
-use common::{at_pixels, bare, counts, digits, picture, viewport};
-use glam::vec4;
-use polyscan::{Cull, Rect, ScanConverter, Vertex, Viewport};
+use common::oracle::{self, Depth, FillRule, Position, Window};
+use common::{LONG_SEED, Tally, at_pixels, bare, counts, digits, in_threads, picture, viewport};
+use glam::{DVec4, Vec4Swizzles, vec4};
+use polyscan::{ClipPlane, Cull, Rect, ScanConverter, Vertex, Viewport};
 
 const SMALL: Window = Window { width: 6, height: 5 };
 
@@ -110,61 +110,292 @@ fn rows_and_columns_outside_are_skipped_at_once() {
     }
 }
 
-/// Draws shapes of one kind and holds them against the oracle, pixel for pixel.
-fn agrees_with_the_oracle(
-    window: Window,
-    times: u64,
-    shape: impl Fn(&mut Rng) -> Vec<oracle::Position>,
-) {
-    let mut scan = ScanConverter::new(viewport(window));
-    for seed in 0..times {
-        let polygon = shape(&mut Rng::new(seed));
-        let expected =
-            oracle::coverage(&polygon, window, Depth::ZeroToOne, GUARD, FillRule::NonZero);
-        let drawn = digits(&counts(&mut scan, &[bare(&polygon)], window), window.width);
-        let wanted = expected.picture(window).replace('#', "1");
-        assert_eq!(drawn.join("\n") + "\n", wanted, "seed {seed}: {polygon:?}");
-    }
-}
-
 /// The guard band that the oracle clips by, in pixels; the one that the library states.
 const GUARD: f64 = polyscan::project::GUARD_BAND as f64;
 
 const MIDDLE: Window = Window { width: 37, height: 29 };
 
+/// A kind of polygon, one for each seed, and how many of them the short and the long test draw.
+struct Kind {
+    name: &'static str,
+    shape: fn(&mut Rng) -> Vec<Position>,
+    short: u64,
+    long: u64,
+}
+
+const TRIANGLES: &[Kind] = &[
+    Kind {
+        name: "random triangles",
+        shape: |rng| generators::random_triangle::<0>(rng, 10.0, 2.0).positions,
+        short: 300,
+        long: 100_000,
+    },
+    Kind {
+        name: "triangles of whole numbers",
+        shape: |rng| loop {
+            let triangle = generators::integer_triangle(rng);
+            if !(is_edge_on(&triangle) && triangle.iter().any(|p| p[3] <= 0.0)) {
+                return triangle;
+            }
+        },
+        short: 1000,
+        long: 100_000,
+    },
+    Kind {
+        name: "slivers",
+        shape: |rng| {
+            let thickness = rng.octaves(1e-4, 0.5);
+            generators::sliver(rng, MIDDLE, thickness, 4.0)
+        },
+        short: 300,
+        long: 100_000,
+    },
+    Kind {
+        name: "triangles to 15,000 pixels outside",
+        shape: |rng| generators::far_outside(rng, MIDDLE, 15e3, 4.0),
+        short: 200,
+        long: 50_000,
+    },
+    Kind {
+        name: "triangles beyond the guard band",
+        shape: |rng| {
+            let pixels = rng.octaves(6e4, 1e12);
+            generators::far_outside(rng, MIDDLE, pixels, 4.0)
+        },
+        short: 100,
+        long: 20_000,
+    },
+    Kind { name: "zero area", shape: |rng| collinear(rng, MIDDLE), short: 200, long: 50_000 },
+];
+
+const CONVEX: &[Kind] = &[
+    Kind {
+        name: "planar polygons of 3 to 64 sides",
+        shape: |rng| {
+            let sides = sides(rng);
+            generators::random_convex::<0>(rng, sides, 100.0).positions
+        },
+        short: 200,
+        long: 40_000,
+    },
+    Kind {
+        name: "vertices on pixel centres",
+        shape: |rng| {
+            let most = 3 + rng.below(60);
+            generators::on_pixel_centres(rng, MIDDLE, most)
+        },
+        short: 200,
+        long: 50_000,
+    },
+    Kind {
+        name: "vertices on pixel edges and subpixel ties",
+        shape: |rng| on_ties(rng, MIDDLE),
+        short: 200,
+        long: 50_000,
+    },
+    Kind {
+        name: "surrounding the viewport",
+        shape: |rng| {
+            let (sides, pixels) = (3 + rng.below(62), rng.octaves(1.0, 15e3));
+            generators::surrounding(rng, MIDDLE, sides, pixels, 9.0)
+        },
+        short: 60,
+        long: 10_000,
+    },
+    Kind {
+        name: "through the eye",
+        shape: |rng| {
+            let sides = sides(rng);
+            generators::through_eye::<0>(rng, sides).positions
+        },
+        short: 150,
+        long: 20_000,
+    },
+    Kind {
+        name: "nearly edge-on",
+        shape: |rng| {
+            let (sides, tilt) = (sides(rng), rng.octaves(1e-4, 0.1));
+            generators::edge_on::<0>(rng, sides, tilt).positions
+        },
+        short: 100,
+        long: 40_000,
+    },
+];
+
+const OUTLINES: &[Kind] = &[
+    Kind { name: "stars", shape: |rng| generators::star(rng, MIDDLE, 7), short: 100, long: 20_000 },
+    Kind {
+        name: "crossed stars",
+        shape: |rng| generators::crossed_star(rng, MIDDLE, 7, 3),
+        short: 100,
+        long: 20_000,
+    },
+    Kind {
+        name: "tangles",
+        shape: |rng| {
+            let corners = 4 + rng.below(20);
+            generators::tangle(rng, MIDDLE, corners)
+        },
+        short: 300,
+        long: 50_000,
+    },
+];
+
+/// 3 to 12, or an even number up to 64.
+fn sides(rng: &mut Rng) -> usize {
+    if rng.once_in(2) { 3 + rng.below(10) } else { 14 + 2 * rng.below(26) }
+}
+
+/// Whether the plane of a triangle of small whole numbers runs through the eye.
+fn is_edge_on(triangle: &[Position]) -> bool {
+    let vector = |i: usize| DVec4::from(triangle[i].map(f64::from)).xyw();
+    vector(0).dot(vector(1).cross(vector(2))) == 0.0
+}
+
+/// A triangle whose plane runs through the eye has no area on the screen. If it reaches the eye as
+/// well, no vertex of it may be made up there: rounding may give it a pixel or two at its tip, no more.
+fn edge_on_through_the_eye(seed: u64) -> Tally {
+    let triangle = generators::integer_triangle(&mut Rng::new(seed));
+    if !is_edge_on(&triangle) || triangle.iter().all(|p| p[3] > 0.0) {
+        return Tally::default();
+    }
+    let counts = counts(&mut ScanConverter::new(viewport(MIDDLE)), &[bare(&triangle)], MIDDLE);
+    let pixels = counts.iter().filter(|&&n| n > 0).count();
+    assert!(pixels <= 2, "seed {seed}: {pixels} pixels of {triangle:?}");
+    Tally { polygons: 1, pixels: pixels as u64, ..Tally::default() }
+}
+
+#[test]
+fn a_triangle_seen_edge_on_covers_nothing_though_it_reaches_the_eye() {
+    let seen = in_threads(0..20_000, edge_on_through_the_eye);
+    assert!(seen.polygons > 200, "{seen}");
+}
+
+/// 3 to 6 vertices on one line through the window, at multiples of a 1/64 pixel vector.
+fn collinear(rng: &mut Rng, window: Window) -> Vec<Position> {
+    let mut whole = |most: i64| rng.whole(-most, most) as f64;
+    let (start, step) = ([whole(40), whole(40)], [whole(64) / 64.0, whole(64) / 64.0]);
+    (0..3 + rng.below(4))
+        .map(|_| {
+            let t = rng.whole(-64, 64) as f64;
+            let w = rng.whole(-3, 3) as f64;
+            generators::at_pixel([0, 1].map(|k| start[k] + t * step[k]), w.exp2(), window)
+        })
+        .collect()
+}
+
+/// A triangle or a quad in any order, with vertices on the sides of pixels or half-way between two
+/// multiples of 1/256 pixel, with a w of 1 to 5; or at the eye itself.
+fn on_ties(rng: &mut Rng, window: Window) -> Vec<Position> {
+    let step = if rng.once_in(2) { 1.0 } else { 1.0 / 512.0 };
+    (0..3 + rng.below(2))
+        .map(|_| {
+            let place = [window.width, window.height].map(|size| {
+                let most = i64::from(size) * 512;
+                (rng.whole(0, most) as f64 / 512.0 / step).round() * step
+            });
+            generators::at_pixel(place, rng.whole(0, 5) as f64, window)
+        })
+        .collect()
+}
+
+/// Draws the polygon that a seed names and holds it against the oracle, pixel for pixel.
+fn against_the_oracle(kind: &Kind, seed: u64) -> Tally {
+    let polygon = (kind.shape)(&mut Rng::new(seed));
+    compared(&polygon, &mut ScanConverter::new(viewport(MIDDLE)), &[], || {
+        format!("{}, seed {seed}: {polygon:?}", kind.name)
+    })
+}
+
+/// Holds a polygon cut by the planes, besides those of the view volume, against the oracle.
+fn compared(
+    polygon: &[Position],
+    scan: &mut ScanConverter<0>,
+    planes: &[[i32; 4]],
+    name: impl Fn() -> String,
+) -> Tally {
+    scan.planes = planes.iter().map(|p| ClipPlane::new(p.map(|c| c as f32).into())).collect();
+    let planes: Vec<_> = planes.iter().map(|&p| oracle::plane(p)).collect();
+    let outline = oracle::outline_within(polygon, MIDDLE, Depth::ZeroToOne, GUARD, &planes);
+    let expected = oracle::fill(&outline, MIDDLE, FillRule::NonZero);
+    let drawn = digits(&counts(scan, &[bare(polygon)], MIDDLE), MIDDLE.width);
+    let wanted = expected.picture(MIDDLE).replace('#', "1");
+    assert_eq!(drawn.join("\n") + "\n", wanted, "{}", name());
+    Tally { polygons: 1, pixels: expected.count() as u64, ..Tally::default() }
+}
+
+/// Convex polygons cut by one to three planes with whole coefficients.
+fn cut_by_planes(seed: u64) -> Tally {
+    let rng = &mut Rng::new(seed);
+    let sides = sides(rng);
+    let shape = match seed % 3 {
+        0 => generators::through_eye::<0>(rng, sides),
+        1 => generators::random_convex(rng, sides, 100.0),
+        _ => generators::random_triangle(rng, 10.0, 2.0),
+    };
+    let planes: Vec<[i32; 4]> =
+        (0..1 + rng.below(3)).map(|_| std::array::from_fn(|_| rng.whole(-9, 9) as i32)).collect();
+    let mut scan = ScanConverter::new(viewport(MIDDLE));
+    compared(&shape.positions, &mut scan, &planes, || format!("seed {seed}: {shape:?} {planes:?}"))
+}
+
+fn short(kinds: &[Kind]) {
+    for kind in kinds {
+        in_threads(0..kind.short, |seed| against_the_oracle(kind, seed));
+    }
+}
+
 #[test]
 fn triangles_are_exact() {
-    agrees_with_the_oracle(MIDDLE, 300, |rng| {
-        generators::random_triangle::<0>(rng, 10.0, 2.0).positions
-    });
-    agrees_with_the_oracle(MIDDLE, 200, generators::integer_triangle);
-    agrees_with_the_oracle(MIDDLE, 200, |rng| generators::sliver(rng, MIDDLE, 0.02, 4.0));
-    agrees_with_the_oracle(MIDDLE, 200, |rng| generators::far_outside(rng, MIDDLE, 15e3, 4.0));
-    agrees_with_the_oracle(MIDDLE, 100, |rng| generators::far_outside(rng, MIDDLE, 1e6, 4.0));
+    short(TRIANGLES);
 }
 
 #[test]
 fn convex_polygons_are_exact() {
-    agrees_with_the_oracle(MIDDLE, 200, |rng| {
-        let sides = 3 + rng.below(10);
-        generators::random_convex::<0>(rng, sides, 100.0).positions
-    });
-    agrees_with_the_oracle(MIDDLE, 200, |rng| generators::on_pixel_centres(rng, MIDDLE, 12));
-    agrees_with_the_oracle(MIDDLE, 50, |rng| generators::surrounding(rng, MIDDLE, 7, 900.0, 9.0));
-    agrees_with_the_oracle(MIDDLE, 200, |rng| {
-        let sides = 3 + rng.below(10);
-        generators::through_eye::<0>(rng, sides).positions
-    });
+    short(CONVEX);
+}
+
+#[test]
+fn ties_between_two_256ths_go_to_the_even_one() {
+    // Sides 1/512 pixel beside columns and rows of pixel centres, half of them on the way to an odd
+    // number of 1/256. In a window of powers of two these places are exact.
+    let window = Window { width: 8, height: 8 };
+    let mut scan = ScanConverter::new(viewport(window));
+    for seed in 0..500 {
+        let rng = &mut Rng::new(seed);
+        let mut side = || rng.whole(-2, 9) as f64 + 0.5 + rng.whole(-1, 1) as f64 / 512.0;
+        let [left, top, right, bottom] = std::array::from_fn(|_| side());
+        let w = rng.whole(0, 3) as f64;
+        let places = [[left, top], [right, top], [right, bottom], [left, bottom]];
+        let quad = places.map(|place| generators::at_pixel(place, w.exp2(), window));
+        let expected = oracle::coverage(&quad, window, Depth::ZeroToOne, GUARD, FillRule::NonZero);
+        let drawn = digits(&counts(&mut scan, &[bare(&quad)], window), window.width);
+        assert_eq!(drawn.join("\n") + "\n", expected.picture(window).replace('#', "1"), "{quad:?}");
+    }
 }
 
 #[test]
 fn concave_and_crossed_outlines_are_exact() {
-    agrees_with_the_oracle(MIDDLE, 100, |rng| generators::star(rng, MIDDLE, 7));
-    agrees_with_the_oracle(MIDDLE, 100, |rng| generators::crossed_star(rng, MIDDLE, 7, 3));
-    agrees_with_the_oracle(MIDDLE, 300, |rng| {
-        let corners = 4 + rng.below(9);
-        generators::tangle(rng, MIDDLE, corners)
-    });
+    short(OUTLINES);
+}
+
+#[test]
+fn polygons_cut_by_planes_are_exact() {
+    in_threads(0..200, cut_by_planes);
+}
+
+#[test]
+#[ignore = "long: 10^6 polygons against rational arithmetic, minutes in release"]
+fn long_coverage() {
+    for kind in [TRIANGLES, CONVEX, OUTLINES].into_iter().flatten() {
+        let seeds = LONG_SEED..LONG_SEED + kind.long;
+        let tally = in_threads(seeds, |seed| against_the_oracle(kind, seed));
+        println!("{}: {tally}", kind.name);
+    }
+    let tally = in_threads(LONG_SEED..LONG_SEED + 50_000, cut_by_planes);
+    println!("cut by 1 to 3 planes: {tally}");
+    let seeds = LONG_SEED..LONG_SEED + 2_000_000;
+    println!("edge-on through the eye: {}", in_threads(seeds, edge_on_through_the_eye));
 }
 
 /// Draws a mesh and finds each pixel covered once, or at most once.

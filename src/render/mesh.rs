@@ -297,7 +297,7 @@ impl<const N: usize> Job<'_, N> {
         polygon.clear();
         polygon.extend(indices.iter().map(|&i| self.vertices[i as usize]));
         clipper.load(polygon, &self.scan.interpolation);
-        let outcome = clipper.clip_vertices(self.planes, &self.scan.interpolation);
+        let outcome = clipper.clip_to_view(self.planes, &self.scan.interpolation);
         if outcome == Outcome::Outside {
             return;
         }

@@ -14,6 +14,8 @@
 use std::array::from_fn;
 use std::f64::consts::TAU;
 
+use num_integer::Integer;
+
 use super::oracle::{Position, Window};
 
 /// Random numbers: splitmix64, whose whole state is one word.
@@ -159,7 +161,7 @@ pub(crate) fn random_triangle<const N: usize>(rng: &mut Rng, w_ratio: f64, reach
     Shape { positions, parameters }
 }
 
-/// A convex polygon of 3 to 12 sides in a plane of random tilt, with w from about 1 to about
+/// A convex polygon of 3 to 64 sides (above 12 an even number) in a plane of random tilt, with w from about 1 to about
 /// `w_ratio` (at most 1000) and vertices within 4 of the middle of the screen, in normalized device
 /// coordinates.
 ///
@@ -300,9 +302,12 @@ fn doubled_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// A strictly convex polygon of 3 to 12 vertices near the unit circle, at multiples of 1/64, in
-/// either direction.
+/// A strictly convex polygon of 3 to 12 vertices near the unit circle, or of an even number up to
+/// 64 inside it, at multiples of 1/64, in either direction.
 fn round_polygon(rng: &mut Rng, sides: usize) -> Vec<[f64; 2]> {
+    if sides > 12 {
+        return zonogon(rng, sides);
+    }
     // Angles are off by a quarter of the regular gap at most, so two sides differ by half a gap: 15
     // degrees of 12 sides stand 0.03 above the chord, twice what rounding can take.
     assert!((3..=12).contains(&sides), "with more sides rounding to 1/64 would dent the polygon");
@@ -315,6 +320,32 @@ fn round_polygon(rng: &mut Rng, sides: usize) -> Vec<[f64; 2]> {
         disc.reverse();
     }
     disc
+}
+
+/// A strictly convex polygon of an even number of sides up to 64, with vertices at multiples of
+/// 1/64 inside the unit circle: the sum of half as many segments, no two of which are parallel.
+fn zonogon(rng: &mut Rng, sides: usize) -> Vec<[f64; 2]> {
+    // One of each pair of opposite directions: 40 of them.
+    let directions = (-5..=5).flat_map(|x: i64| (0..=5).map(move |y: i64| (x, y)));
+    let is_primitive = |&(x, y): &(i64, i64)| x.gcd(&y) == 1 && (y > 0 || x > 0);
+    let mut segments: Vec<_> = directions.filter(is_primitive).collect();
+    assert!(sides.is_multiple_of(2) && sides <= 2 * segments.len(), "{sides} sides");
+    rng.shuffle(&mut segments);
+    segments.truncate(sides / 2);
+    segments.sort_by(|a, b| (b.0 * a.1).cmp(&(a.0 * b.1)));
+    let opposite: Vec<_> = segments.iter().map(|&(x, y)| (-x, -y)).collect();
+    // Begin so that the middle is at the origin, up to half a unit.
+    let sum = segments.iter().fold((0, 0), |sum, s| (sum.0 + s.0, sum.1 + s.1));
+    let mut at = (-sum.0 / 2, -sum.1 / 2);
+    let mut polygon = Vec::new();
+    for (x, y) in segments.into_iter().chain(opposite) {
+        polygon.push([at.0 as f64 / 64.0, at.1 as f64 / 64.0]);
+        at = (at.0 + x, at.1 + y);
+    }
+    if rng.once_in(2) {
+        polygon.reverse();
+    }
+    polygon
 }
 
 fn to_4096ths(value: f64) -> f64 {
@@ -531,6 +562,40 @@ pub(crate) fn floor(rng: &mut Rng, [columns, rows]: [usize; 2], cells: Cells, fa
         positions.push([x as f32, -1.0, w - 0.25, w]);
     }
     Mesh { positions, faces: grid_faces(rng, columns, rows, cells) }
+}
+
+/// A planar grid: the vertex of row j and column i is origin + i along + j across, all in clip space
+/// and whole. It may pass the eye, be seen edge-on, or be no more than a line.
+pub(crate) fn whole_grid(
+    rng: &mut Rng,
+    [origin, along, across]: [[i64; 4]; 3],
+    [columns, rows]: [usize; 2],
+    cells: Cells,
+) -> Mesh {
+    let places = (0..=rows as i64).flat_map(|j| (0..=columns as i64).map(move |i| (i, j)));
+    let position = |(i, j)| from_fn(|k| (origin[k] + i * along[k] + j * across[k]) as f32);
+    let positions = places.map(position).collect();
+    Mesh { positions, faces: grid_faces(rng, columns, rows, cells) }
+}
+
+/// A convex quad of any size up to the window's, somewhere around it, with a w of its own at each
+/// vertex, up to 30 or all 1. In one of three each z is of -0.3 w..1.3 w, so that the near or the far
+/// plane may cut the quad.
+pub(crate) fn split_quad(rng: &mut Rng, window: Window) -> [Position; 4] {
+    let w_ratio = if rng.once_in(3) { 1.0 } else { 30.0 };
+    let (centre, turn) = (somewhere(rng, window), rng.range(0.0, TAU));
+    let radius = rng.octaves(0.5, half_diagonal(window));
+    let is_cut = rng.once_in(3);
+    // Corners a quarter turn apart, an eighth off at most: of the same radius, they are convex.
+    from_fn(|i| {
+        let angle = turn + TAU / 4.0 * (i as f64 + rng.range(-0.5, 0.5));
+        let place = on_circle(centre, radius, angle);
+        let mut p = at_pixel(place, rng.octaves(1.0, w_ratio), window);
+        if is_cut {
+            p[2] = p[3] * rng.range(-0.3, 1.3) as f32;
+        }
+        p
+    })
 }
 
 /// Triangles around a vertex on the pixel centre in the middle, to a ring outside the viewport.

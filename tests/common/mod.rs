@@ -5,6 +5,10 @@
 pub(crate) mod generators;
 pub(crate) mod oracle;
 
+use std::fmt;
+use std::ops::{Add, Range};
+use std::thread;
+
 use generators::Shape;
 use glam::Vec4;
 use oracle::{Position, Window};
@@ -59,4 +63,57 @@ pub(crate) fn digits(counts: &[u32], width: u32) -> Vec<String> {
 pub(crate) fn picture(polygons: &[Vec<Vertex<0>>], window: Window) -> Vec<String> {
     let mut scan = ScanConverter::new(viewport(window));
     digits(&counts(&mut scan, polygons, window), window.width)
+}
+
+/// The first seed of the long tests: none that the short ones use.
+pub(crate) const LONG_SEED: u64 = 1_000_000;
+
+/// What a test of coverage saw.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) polygons: u64,
+    /// Covered pixels.
+    pub(crate) pixels: u64,
+    /// Pixels that should have been covered and were not.
+    pub(crate) gaps: u64,
+    /// Pixels covered twice, or once too often.
+    pub(crate) doubles: u64,
+}
+
+impl Add for Tally {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            polygons: self.polygons + other.polygons,
+            pixels: self.pixels + other.pixels,
+            gaps: self.gaps + other.gaps,
+            doubles: self.doubles + other.doubles,
+        }
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { polygons, pixels, gaps, doubles } = self;
+        write!(f, "{polygons} polygons, {pixels} pixels, {gaps} gaps, {doubles} double hits")
+    }
+}
+
+/// The sum of `one` over all seeds, which the machine's cores share.
+pub(crate) fn in_threads<T: Add<Output = T> + Default + Send>(
+    seeds: Range<u64>,
+    one: impl Fn(u64) -> T + Sync,
+) -> T {
+    let cores = thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    let share = |core: u64| {
+        let seeds = (seeds.start + core..seeds.end).step_by(cores as usize);
+        seeds.fold(T::default(), |sum, seed| sum + one(seed))
+    };
+    thread::scope(|scope| {
+        let share = &share;
+        let workers: Vec<_> = (0..cores).map(|core| scope.spawn(move || share(core))).collect();
+        let sums = workers.into_iter().map(thread::ScopedJoinHandle::join);
+        sums.fold(T::default(), |all, sum| all + sum.expect("no worker has a finding"))
+    })
 }

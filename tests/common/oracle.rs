@@ -144,7 +144,11 @@ pub(crate) fn clip_to_view(
     depth: Depth,
     guard: f64,
 ) -> Vec<Exact> {
-    let clipped = clip(&clip(&exact(polygon), &depth_planes(depth)), &guard_planes(window, guard));
+    clip_exact_to_view(&exact(polygon), window, depth, guard)
+}
+
+fn clip_exact_to_view(polygon: &[Exact], window: Window, depth: Depth, guard: f64) -> Vec<Exact> {
+    let clipped = clip(&clip(polygon, &depth_planes(depth)), &guard_planes(window, guard));
     clipped.into_iter().filter(|p| !p[3].is_zero()).collect()
 }
 
@@ -184,6 +188,18 @@ pub(crate) fn outline(
     guard: f64,
 ) -> Vec<Snapped> {
     clip_to_view(polygon, window, depth, guard).iter().map(|p| snap(p, window)).collect()
+}
+
+/// The same, cut by more planes.
+pub(crate) fn outline_within(
+    polygon: &[Position],
+    window: Window,
+    depth: Depth,
+    guard: f64,
+    planes: &[Plane],
+) -> Vec<Snapped> {
+    let cut = clip(&exact(polygon), planes);
+    clip_exact_to_view(&cut, window, depth, guard).iter().map(|p| snap(p, window)).collect()
 }
 
 /// The same outline before the rounding, in pixels, each coordinate the nearest f64.
@@ -558,18 +574,30 @@ pub(crate) fn distance_outside(outline: &[[f64; 2]], point: [f64; 2]) -> f64 {
     distance_to_edges(outline, point)
 }
 
+/// The point of a convex outline, inside or on it, that is nearest to a point of the screen.
+pub(crate) fn nearest_point(outline: &[[f64; 2]], point: [f64; 2]) -> [f64; 2] {
+    if distance_outside(outline, point) == 0.0 {
+        return point;
+    }
+    let distance = |p: &[f64; 2]| (p[0] - point[0]).hypot(p[1] - point[1]);
+    let on_edges = edges(outline).map(|(a, b)| nearest_on_edge(a, b, point));
+    on_edges.min_by(|p, q| distance(p).total_cmp(&distance(q))).unwrap_or(point)
+}
+
+fn nearest_on_edge(a: [f64; 2], b: [f64; 2], point: [f64; 2]) -> [f64; 2] {
+    let ([ex, ey], [px, py]) = ([b[0] - a[0], b[1] - a[1]], [point[0] - a[0], point[1] - a[1]]);
+    let length_squared = ex * ex + ey * ey;
+    let t = if length_squared > 0.0 { (px * ex + py * ey) / length_squared } else { 0.0 };
+    let t = t.clamp(0.0, 1.0);
+    [a[0] + t * ex, a[1] + t * ey]
+}
+
 /// How far a point of the screen is from the nearest edge of an outline, in pixels; infinite
 /// without edges.
 pub(crate) fn distance_to_edges(outline: &[[f64; 2]], point: [f64; 2]) -> f64 {
     let to_edge = |(a, b): ([f64; 2], [f64; 2])| {
-        let ([ex, ey], [px, py]) = ([b[0] - a[0], b[1] - a[1]], [point[0] - a[0], point[1] - a[1]]);
-        let length_squared = ex * ex + ey * ey;
-        let t = if length_squared > 0.0 {
-            ((px * ex + py * ey) / length_squared).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        (px - t * ex).hypot(py - t * ey)
+        let nearest = nearest_on_edge(a, b, point);
+        (nearest[0] - point[0]).hypot(nearest[1] - point[1])
     };
     edges(outline).map(to_edge).fold(f64::INFINITY, f64::min)
 }
