@@ -88,7 +88,7 @@ fn truncate(value: f32) -> u32 {
 
 #[inline(always)]
 fn grey(level: f32) -> u32 {
-    0xff00_0000 | truncate(level) * 0x0001_0101
+    0xff00_0000 | (truncate(level) * 0x0001_0101)
 }
 
 #[inline(always)]

@@ -281,6 +281,7 @@ mod tests {
 
     use glam::vec4;
 
+    use super::LANES;
     use crate::{DepthTest, Framebuffer, Vertex, ZBuffer};
 
     thread_local! {
@@ -289,11 +290,12 @@ mod tests {
     }
 
     /// The number of calls of `reciprocal`, each of one division a pixel, and of calls of the
-    /// shader that drawing a quad takes: 64 x 8 pixels, with the given w on its left and its right.
+    /// shader that drawing a quad takes: 16 x 8 pixels, a block a row, with the given w on its left
+    /// and its right.
     fn count(w: [f32; 2], depth_test: DepthTest) -> (usize, usize) {
         let quad = [(-1.0, -1.0, w[0]), (1.0, -1.0, w[1]), (1.0, 1.0, w[1]), (-1.0, 1.0, w[0])]
             .map(|(x, y, w)| Vertex::new(vec4(x * w, y * w, 0.5 * w, w), [x, y, 1.0]));
-        let mut frame = Framebuffer::new(64, 8, 0u32).expect("a small frame");
+        let mut frame = Framebuffer::new(LANES as u32, 8, 0u32).expect("a small frame");
         let mut renderer = ZBuffer::new(frame.viewport());
         renderer.depth_test = depth_test;
         let shaded = Cell::new(0);
@@ -307,8 +309,7 @@ mod tests {
 
     #[test]
     fn one_reciprocal_a_visible_pixel_whatever_the_number_of_parameters() {
-        let blocks = 64 / super::LANES * 8;
-        assert_eq!(count([1.0, 3.0], DepthTest::Less), (blocks, 64 * 8));
+        assert_eq!(count([1.0, 3.0], DepthTest::Less), (8, LANES * 8));
     }
 
     #[test]
@@ -319,6 +320,6 @@ mod tests {
 
     #[test]
     fn equal_w_costs_no_reciprocal() {
-        assert_eq!(count([3.7, 3.7], DepthTest::Less), (0, 64 * 8));
+        assert_eq!(count([3.7, 3.7], DepthTest::Less), (0, LANES * 8));
     }
 }
