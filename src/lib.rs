@@ -42,7 +42,7 @@
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
-//! | [`render`] | the z-buffer renderer and its [`Framebuffer`] |
+//! | [`render`] | the z-buffer renderer, polygon by polygon or a mesh at once, and its [`Framebuffer`] |
 //! | [`color`], [`texture`] | linear light and sRGB; pictures to sample |
 //! | `obj` | OBJ and MTL files to polygons |
 //!
@@ -70,6 +70,15 @@
 //! and Moreton 1991, section 3.4). Cut the polygon into triangles where that matters, or compute
 //! the colour in the shader from parameters that are affine.
 //!
+//! # Shaders, and speed
+//!
+//! A shader is a closure from a [`Fragment`] to a colour ([`ZBuffer::draw`]), or from a
+//! [`FragmentBlock`] of 16 neighbouring fragments to theirs ([`ZBuffer::draw_blocks`]). The second
+//! is for speed: its loop over the lanes becomes SIMD instructions, for the best level that the
+//! machine has. Meshes are best drawn as such, by [`ZBuffer::draw_mesh`] and
+//! [`ZBuffer::draw_mesh_blocks`]: vertices are projected once, and all processors take part. None
+//! of this changes a bit of the picture.
+//!
 //! # Any input is safe
 //!
 //! Positions may be anything that fits an f32: a polygon with one that is not finite is not drawn,
@@ -80,6 +89,8 @@
 //!
 //! - `image` (default): textures from files and pictures, framebuffers to pictures.
 //! - `obj` (default): OBJ and MTL files. Needs `image`.
+//! - `parallel` (default): meshes are drawn by all processors, through `rayon`. The picture is the
+//!   same without.
 //!
 //! # Sources
 //!

@@ -18,13 +18,13 @@ use std::ops::Range;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 
 use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome};
 use crate::edge_table::{EdgeTable, first_centre, signed_area};
 use crate::polygon::ScreenPolygon;
 use crate::project::{FixedPoint, Projected};
-use crate::render::framebuffer::Framebuffer;
+use crate::render::framebuffer::{Band, Framebuffer};
 #[cfg(not(feature = "parallel"))]
 use crate::render::sequential::*;
 use crate::render::shader::Shader;
@@ -41,6 +41,9 @@ const CHUNK: usize = 4096;
 
 /// Vertices projected by one thread at a time.
 const VERTICES: usize = 4096;
+
+/// Faces drawn at a time: enough to share among processors, and a bound for the memory.
+const BATCH: usize = 1 << 20;
 
 /// A face with more corners than this, or in more bands, is not copied to bins.
 const SMALL: usize = 4;
@@ -71,13 +74,19 @@ struct Faces {
 }
 
 impl Faces {
-    fn collect<F: AsRef<[u32]>>(&mut self, faces: impl IntoIterator<Item = F>) {
+    /// Takes the next faces, as many as are drawn at a time; whether there were any.
+    fn collect<F: AsRef<[u32]>>(&mut self, faces: &mut impl Iterator<Item = F>) -> bool {
         self.indices.clear();
         self.ends.clear();
-        for face in faces {
+        while self.ends.len() < BATCH && self.indices.len() < BATCH * SMALL {
+            let Some(face) = faces.next() else { break };
+            // A face of 2^32 corners and more is none that could be drawn.
+            let end = self.indices.len().saturating_add(face.as_ref().len());
+            let Ok(end) = u32::try_from(end) else { continue };
             self.indices.extend_from_slice(face.as_ref());
-            self.ends.push(self.indices.len() as u32);
+            self.ends.push(end);
         }
+        !self.ends.is_empty()
     }
 
     #[inline(always)]
@@ -187,7 +196,6 @@ impl<const N: usize> MeshScratch<N> {
         if columns.is_empty() || rows.is_empty() {
             return;
         }
-        self.faces.collect(faces);
         scan.collect_planes(&mut self.planes);
         let job = Job { scan, level, raster, vertices, planes: &self.planes, columns, rows };
 
@@ -198,44 +206,75 @@ impl<const N: usize> MeshScratch<N> {
             .zip(vertices.par_chunks(VERTICES))
             .for_each(|(corners, vertices)| job.project(corners, vertices));
 
-        let bands = frame.height().div_ceil(BAND) as usize;
-        let faces = self.faces.ends.len();
-        self.chunks.resize_with(faces.div_ceil(CHUNK), Chunk::default);
-        let (corners, faces) = (&self.corners, &self.faces);
-        self.chunks.par_iter_mut().enumerate().for_each(|(i, chunk)| {
-            let part = i * CHUNK..faces.ends.len().min((i + 1) * CHUNK);
-            job.bin(corners, faces, part, bands, chunk);
-        });
-
-        self.workers.resize_with(bands, Worker::default);
-        let chunks = &self.chunks;
-        let parts = frame.par_bands(BAND).zip(self.workers.par_iter_mut());
-        parts.enumerate().for_each(|(i, (mut band, worker))| {
-            let rows = job.rows_within(band.rows());
-            dispatch!(job.level, simd => for chunk in chunks {
-                let bin = &chunk.bins[i];
-                let mut copied = bin.vertices.as_slice();
-                for face in &bin.faces {
-                    let flat = match face.kind() {
-                        Kind::Copied(sides) => {
-                            let (vertices, rest) = copied.split_at(sides);
-                            copied = rest;
-                            worker.project_copied(&job, vertices)
-                        }
-                        Kind::Whole(face) => {
-                            let corner = |&i: &u32| (&vertices[i as usize], corners[i as usize].projected);
-                            worker.project(&job, faces.get(face).iter().map(corner))
-                        }
-                        Kind::Clipped(number) => worker.project_clipped(&job, chunk.clipped(number)),
-                    };
-                    job.raster.draw(simd, worker.spans(&job, flat, &rows), &mut band, shader);
-                }
-            });
-        });
+        let mut faces = faces.into_iter();
+        while self.faces.collect(&mut faces) {
+            let (corners, faces) = (&self.corners, &self.faces);
+            job.draw(frame, corners, faces, &mut self.chunks, &mut self.workers, shader);
+        }
     }
 }
 
 impl<const N: usize> Job<'_, N> {
+    /// Draws a batch of faces.
+    fn draw<C: Copy + Send>(
+        &self,
+        frame: &mut Framebuffer<C>,
+        corners: &[Corner],
+        faces: &Faces,
+        chunks: &mut Vec<Chunk<N>>,
+        workers: &mut Vec<Worker<N>>,
+        shader: &(impl Shader<N, C> + Sync),
+    ) {
+        let bands = frame.height().div_ceil(BAND) as usize;
+        let chunks = first(chunks, faces.ends.len().div_ceil(CHUNK));
+        chunks.par_iter_mut().enumerate().for_each(|(i, chunk)| {
+            let part = i * CHUNK..faces.ends.len().min((i + 1) * CHUNK);
+            self.bin(corners, faces, part, bands, chunk);
+        });
+
+        let chunks = &*chunks;
+        let parts = frame.par_bands(BAND).zip(first(workers, bands).par_iter_mut());
+        parts.enumerate().for_each(|(i, (mut band, worker))| {
+            dispatch!(self.level, simd => for chunk in chunks {
+                self.draw_bin(simd, (corners, faces), chunk, i, worker, &mut band, shader);
+            });
+        });
+    }
+
+    /// Draws a chunk's faces in a band.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "all that the threads share, and all they do not")]
+    fn draw_bin<S: Simd, C: Copy>(
+        &self,
+        simd: S,
+        (corners, faces): (&[Corner], &Faces),
+        chunk: &Chunk<N>,
+        band_number: usize,
+        worker: &mut Worker<N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let bin = &chunk.bins[band_number];
+        let rows = self.rows_within(band.rows());
+        let mut copied = bin.vertices.as_slice();
+        for face in &bin.faces {
+            let flat = match face.kind() {
+                Kind::Copied(sides) => {
+                    let (vertices, rest) = copied.split_at(sides);
+                    copied = rest;
+                    worker.project_copied(self, vertices)
+                }
+                Kind::Whole(face) => {
+                    let corner =
+                        |&i: &u32| (&self.vertices[i as usize], corners[i as usize].projected);
+                    worker.project(self, faces.get(face).iter().map(corner))
+                }
+                Kind::Clipped(number) => worker.project_clipped(self, chunk.clipped(number)),
+            };
+            self.raster.draw(simd, worker.spans(self, flat, &rows), band, shader);
+        }
+    }
+
     /// Projects vertices.
     fn project(&self, corners: &mut [Corner], vertices: &[Vertex<N>]) {
         for (corner, vertex) in corners.iter_mut().zip(vertices) {
@@ -341,10 +380,17 @@ impl<const N: usize> Job<'_, N> {
     }
 }
 
+/// The first elements of a list that grows to have them and keeps what it has.
+fn first<T: Default>(list: &mut Vec<T>, len: usize) -> &mut [T] {
+    if list.len() < len {
+        list.resize_with(len, T::default);
+    }
+    &mut list[..len]
+}
+
 impl<const N: usize> Chunk<N> {
     fn clear(&mut self, bands: usize) {
-        self.bins.resize_with(bands, Bin::default);
-        for bin in &mut self.bins {
+        for bin in first(&mut self.bins, bands) {
             bin.faces.clear();
             bin.vertices.clear();
         }
