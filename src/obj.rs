@@ -459,7 +459,9 @@ impl Loader {
         let refused = |source| ObjError::Parser { path: path.to_owned(), source };
         let mut warnings = Warnings::default();
         let library = materials::rewrite(path, &plain.libraries, &mut warnings);
-        let (named, indices) = tobj::load_mtl_buf(&mut library.as_bytes()).map_err(refused)?;
+        // Materials that tobj refuses after all do not cost the model: each that a face names is then
+        // unknown, with a warning.
+        let (named, indices) = tobj::load_mtl_buf(&mut library.as_bytes()).unwrap_or_default();
         for (line, name) in plain.materials() {
             if !indices.contains_key(name) {
                 let (path, name) = (path.to_owned(), name.to_owned());
