@@ -37,6 +37,13 @@ pub struct Fragment<'a, const N: usize> {
 }
 
 impl<const N: usize> Fragment<'_, N> {
+    /// The number of the polygon among the faces of its mesh, from 0 in the order in which they were
+    /// given; 0 for a polygon that is drawn alone.
+    #[inline(always)]
+    pub fn face(&self) -> u32 {
+        self.span.polygon.face
+    }
+
     /// The parameters' exact derivatives with respect to screen x (to the right) and screen y
     /// (down), per pixel, from the planes of s and 1/w; no neighbouring pixel is involved.
     pub fn derivatives(&self) -> ([f32; N], [f32; N]) {
@@ -98,6 +105,12 @@ pub struct FragmentBlock<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> FragmentBlock<'a, N> {
+    /// The number of the polygon, as [`Fragment::face`].
+    #[inline(always)]
+    pub fn face(&self) -> u32 {
+        self.span.polygon.face
+    }
+
     /// One of the fragments. Lanes from [`LANES`] on are none; they give the last.
     #[inline(always)]
     pub fn fragment(&self, lane: usize) -> Fragment<'a, N> {

@@ -37,6 +37,8 @@ const LEAST_EXACT: f32 = 1.0 / (1 << 26) as f32;
 pub(crate) struct ScreenPolygon<const N: usize> {
     /// The corner of the viewport on the framebuffer.
     pub(crate) corner: (i32, i32),
+    /// The number of the polygon in its mesh.
+    pub(crate) face: u32,
     outline: Vec<FixedPoint>,
     vertices: Vec<ScreenVertex<N>>,
     gradient: Gradient<N>,
@@ -105,6 +107,7 @@ impl<const N: usize> Default for ScreenPolygon<N> {
     fn default() -> Self {
         Self {
             corner: (0, 0),
+            face: 0,
             outline: Vec::new(),
             vertices: Vec::new(),
             gradient: Gradient::default(),

@@ -8,5 +8,5 @@ mod sequential;
 mod z_buffer;
 
 pub use framebuffer::Framebuffer;
-pub use shader::IntoColor;
+pub use shader::{Over, Paint, Plus};
 pub use z_buffer::{DepthSource, DepthTest, ZBuffer};

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use common::generators::{self, Rng};
 use common::vertices;
 use glam::vec4;
+use polyscan::render::{Over, Plus};
 use polyscan::{DepthSource, DepthTest, Framebuffer, Vertex, Viewport, ZBuffer};
 
 const TESTS: [DepthTest; 8] = [
@@ -161,6 +162,61 @@ fn a_mesh_is_drawn_face_by_face() {
     });
     assert_eq!(shaded.into_inner(), 40, "the two triangles share an edge and nothing else");
     assert!(frame.color().iter().all(|&c| c == '#'));
+}
+
+#[test]
+fn a_fragment_knows_its_face() {
+    // A face that draws nothing has a number all the same; the last one reaches behind the eye.
+    let vertices: Vec<_> = [(-2.0, -1.0), (0.0, -1.0), (0.0, 1.0), (-2.0, 1.0), (2.0, 1.0)]
+        .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []))
+        .into_iter()
+        .chain([Vertex::new(vec4(0.0, 3.0, -0.5, -1.0), [])])
+        .collect();
+    let faces: [&[u32]; 4] = [&[0, 1, 9], &[0, 1, 2, 3], &[1, 2], &[1, 4, 5]];
+    let mut frame = frame(u32::MAX);
+    let mut renderer = ZBuffer::new(frame.viewport());
+    renderer.draw_mesh(&mut frame, &vertices, faces, |fragment| fragment.face());
+    assert_eq!(frame.pixel(5, 1).map(|(face, _)| face), Some(1));
+    assert_eq!(frame.pixel(12, 1).map(|(face, _)| face), Some(3));
+    let by_fragments = frame.clone();
+    frame.clear(u32::MAX, 1.0);
+    renderer.draw_mesh_blocks(&mut frame, &vertices, faces, |block, colors| {
+        *colors = [block.face(); polyscan::fragment::LANES];
+    });
+    assert_eq!(frame, by_fragments);
+    renderer.draw(&mut frame, &square(0.25), |fragment| fragment.face());
+    assert!(frame.color().iter().all(|&face| face == 0));
+}
+
+/// Layers of glass and light, against the same sums in f64.
+#[test]
+fn blending_is_over_and_plus() {
+    let layers = [[0.5, 0.25, 0.0, 0.5], [0.0, 0.1, 0.2, 0.3], [0.7, 0.7, 0.7, 1.0], [0.0; 4]];
+    let mut rng = Rng::new(7);
+    for _ in 0..100 {
+        let mut frame = frame(vec4(0.125, 0.25, 0.5, 1.0));
+        let mut renderer = ZBuffer::new(frame.viewport());
+        renderer.depth_test = DepthTest::Always;
+        let mut expected = [0.125f64, 0.25, 0.5, 1.0];
+        for _ in 0..6 {
+            let color = layers[rng.below(4) as usize];
+            let glass = rng.below(2) == 0;
+            if glass {
+                renderer.draw(&mut frame, &square(0.5), |_| Over(color.into()));
+            } else {
+                renderer.draw(&mut frame, &square(0.5), |_| Plus(color.into()));
+            }
+            let through = if glass { 1.0 - f64::from(color[3]) } else { 1.0 };
+            for (expected, color) in expected.iter_mut().zip(color) {
+                *expected = f64::from(color) + *expected * through;
+            }
+        }
+        for pixel in frame.color() {
+            for (found, expected) in pixel.to_array().into_iter().zip(expected) {
+                assert!((f64::from(found) - expected).abs() <= 1e-6, "{found} {expected}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -69,22 +69,32 @@ struct Corner {
 /// Lists of indices, end to end.
 #[derive(Clone, Debug, Default)]
 struct Faces {
+    /// The number of the first in the mesh.
+    first: u32,
     indices: Vec<u32>,
     ends: Vec<u32>,
 }
 
 impl Faces {
+    /// Begins with the first face of a mesh.
+    fn restart(&mut self) {
+        self.first = 0;
+        self.ends.clear();
+    }
+
     /// Takes the next faces, as many as are drawn at a time; whether there were any.
     fn collect<F: AsRef<[u32]>>(&mut self, faces: &mut impl Iterator<Item = F>) -> bool {
+        self.first = self.first.wrapping_add(self.ends.len() as u32);
         self.indices.clear();
         self.ends.clear();
         while self.ends.len() < BATCH && self.indices.len() < BATCH * SMALL {
             let Some(face) = faces.next() else { break };
             // A face of 2^32 corners and more is none that could be drawn.
             let end = self.indices.len().saturating_add(face.as_ref().len());
-            let Ok(end) = u32::try_from(end) else { continue };
-            self.indices.extend_from_slice(face.as_ref());
-            self.ends.push(end);
+            if u32::try_from(end).is_ok() {
+                self.indices.extend_from_slice(face.as_ref());
+            }
+            self.ends.push(self.indices.len() as u32);
         }
         !self.ends.is_empty()
     }
@@ -117,15 +127,18 @@ struct Bin<const N: usize> {
     vertices: Vec<(Vertex<N>, Projected)>,
 }
 
-/// A face in a bin: the kind, and a number of 30 bits.
+/// A face in a bin: its number in the mesh, its kind, and a number of 30 bits.
 #[derive(Clone, Copy, Debug)]
-struct Binned(u32);
+struct Binned {
+    face: u32,
+    kind: u32,
+}
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// So many of the bin's vertices.
     Copied(usize),
-    /// The mesh's face of this number.
+    /// The batch's face of this number.
     Whole(usize),
     /// The chunk's clipped face of this number.
     Clipped(usize),
@@ -134,19 +147,19 @@ enum Kind {
 impl Binned {
     const NUMBER: u32 = (1 << 30) - 1;
 
-    fn copied(corners: usize) -> Self {
-        Self(corners as u32)
+    fn copied(face: u32, corners: usize) -> Self {
+        Self { face, kind: corners as u32 }
     }
-    fn whole(face: usize) -> Self {
-        Self(1 << 30 | face as u32 & Self::NUMBER)
+    fn whole(face: u32, number: usize) -> Self {
+        Self { face, kind: 1 << 30 | number as u32 & Self::NUMBER }
     }
-    fn clipped(number: usize) -> Self {
-        Self(2 << 30 | number as u32 & Self::NUMBER)
+    fn clipped(face: u32, number: usize) -> Self {
+        Self { face, kind: 2 << 30 | number as u32 & Self::NUMBER }
     }
     #[inline(always)]
     fn kind(self) -> Kind {
-        let number = (self.0 & Self::NUMBER) as usize;
-        match self.0 >> 30 {
+        let number = (self.kind & Self::NUMBER) as usize;
+        match self.kind >> 30 {
             0 => Kind::Copied(number),
             1 => Kind::Whole(number),
             _ => Kind::Clipped(number),
@@ -207,6 +220,7 @@ impl<const N: usize> MeshScratch<N> {
             .for_each(|(corners, vertices)| job.project(corners, vertices));
 
         let mut faces = faces.into_iter();
+        self.faces.restart();
         while self.faces.collect(&mut faces) {
             let (corners, faces) = (&self.corners, &self.faces);
             job.draw(frame, corners, faces, &mut self.chunks, &mut self.workers, shader);
@@ -258,6 +272,7 @@ impl<const N: usize> Job<'_, N> {
         let rows = self.rows_within(band.rows());
         let mut copied = bin.vertices.as_slice();
         for face in &bin.faces {
+            worker.polygon.face = face.face;
             let flat = match face.kind() {
                 Kind::Copied(sides) => {
                     let (vertices, rest) = copied.split_at(sides);
@@ -312,26 +327,26 @@ impl<const N: usize> Job<'_, N> {
                     let outline = corners.map(|corner| corner.projected.point);
                     let Some(bands) = self.bands(outline) else { continue };
                     if indices.len() > SMALL || bands.len() > SMALL {
-                        chunk.bins[bands]
-                            .iter_mut()
-                            .for_each(|bin| bin.faces.push(Binned::whole(face)));
+                        chunk.bins[bands].iter_mut().for_each(|bin| {
+                            bin.faces.push(Binned::whole(faces.first + face as u32, face));
+                        });
                         continue;
                     }
                     for bin in &mut chunk.bins[bands] {
-                        bin.faces.push(Binned::copied(indices.len()));
+                        bin.faces.push(Binned::copied(faces.first + face as u32, indices.len()));
                         bin.vertices.extend(indices.iter().map(|&i| {
                             (self.vertices[i as usize], all_corners[i as usize].projected)
                         }));
                     }
                 }
-                Outcome::Clipped => self.clip(indices, chunk),
+                Outcome::Clipped => self.clip(faces.first + face as u32, indices, chunk),
             }
         }
     }
 
     /// Clips a face and notes what is left.
     #[cold]
-    fn clip(&self, indices: &[u32], chunk: &mut Chunk<N>) {
+    fn clip(&self, face: u32, indices: &[u32], chunk: &mut Chunk<N>) {
         let Chunk { clipper, polygon, outline, clipped, clipped_faces, .. } = chunk;
         polygon.clear();
         polygon.extend(indices.iter().map(|&i| self.vertices[i as usize]));
@@ -348,7 +363,7 @@ impl<const N: usize> Job<'_, N> {
         let flat = self.scan.is_flat(indices.len(), outcome);
         clipped_faces.push(ClippedFace { end: clipped.len() as u32, flat });
         let number = clipped_faces.len() - 1;
-        chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned::clipped(number)));
+        chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned::clipped(face, number)));
     }
 
     /// The rows to visit of those on the framebuffer, relative to the viewport.

@@ -1,27 +1,74 @@
 //! Shaders: functions from a fragment to its colour, or from a block of fragments to theirs.
 
+use std::ops::Add;
+
 use fearless_simd::{Simd, f32x16};
+use glam::Vec4;
 
 use crate::fragment::{Block, Fragment, FragmentBlock, LANES};
 
-/// What a shader may return: a colour of type `C`, or an `Option` of one, where `None` discards the
-/// fragment, so that neither its colour nor its depth is written.
-pub trait IntoColor<C> {
-    /// The colour, or `None` to discard the fragment.
-    fn into_color(self) -> Option<C>;
+/// What a shader may return for a pixel of colour `C`: a colour, which replaces the pixel's; an
+/// `Option` of one, where `None` discards the fragment; or a colour in [`Over`] or [`Plus`], which is
+/// blended with the pixel's.
+///
+/// ```
+/// use glam::{Vec4, vec4};
+/// use polyscan::{Framebuffer, Vertex, ZBuffer, render::Over};
+///
+/// let mut frame = Framebuffer::new(1, 1, vec4(0.0, 0.0, 1.0, 1.0))?;
+/// let mut renderer = ZBuffer::new(frame.viewport());
+/// let quad = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
+/// // Red glass that lets half of the light through.
+/// renderer.draw(&mut frame, &quad, |_| Over(vec4(0.5, 0.0, 0.0, 0.5)));
+/// assert_eq!(frame.color(), [vec4(0.5, 0.0, 0.5, 1.0)]);
+/// # Ok::<(), polyscan::SizeError>(())
+/// ```
+pub trait Paint<C> {
+    /// Changes the pixel's colour, or returns `false` to discard the fragment, so that neither
+    /// colour nor depth is written.
+    fn paint(self, pixel: &mut C) -> bool;
 }
 
-impl<C> IntoColor<C> for C {
+impl<C> Paint<C> for C {
     #[inline(always)]
-    fn into_color(self) -> Option<C> {
-        Some(self)
+    fn paint(self, pixel: &mut C) -> bool {
+        *pixel = self;
+        true
     }
 }
 
-impl<C> IntoColor<C> for Option<C> {
+impl<C> Paint<C> for Option<C> {
     #[inline(always)]
-    fn into_color(self) -> Self {
-        self
+    fn paint(self, pixel: &mut C) -> bool {
+        self.is_some_and(|color| color.paint(pixel))
+    }
+}
+
+/// A colour that lies over the pixel's: Porter and Duff's "over" ("Compositing Digital Images",
+/// 1984, section 4.3), in linear light premultiplied by the alpha in `w`. The pixel's colour shows
+/// through by 1 - alpha.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Over(pub Vec4);
+
+impl Paint<Vec4> for Over {
+    #[inline(always)]
+    fn paint(self, pixel: &mut Vec4) -> bool {
+        *pixel = self.0 + *pixel * (1.0 - self.0.w);
+        true
+    }
+}
+
+/// A colour that is added to the pixel's: Porter and Duff's "plus", for light that is emitted. The
+/// order of drawing does not matter but for rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plus<C>(pub C);
+
+impl<C: Copy + Add<Output = C>> Paint<C> for Plus<C> {
+    #[inline(always)]
+    fn paint(self, pixel: &mut C) -> bool {
+        *pixel = *pixel + self.0;
+        true
     }
 }
 
@@ -48,7 +95,7 @@ pub(crate) struct PerFragment<F>(pub(crate) F);
 
 impl<const N: usize, C, R, F> Shader<N, C> for PerFragment<F>
 where
-    R: IntoColor<C>,
+    R: Paint<C>,
     F: Fn(&Fragment<'_, N>) -> R,
 {
     #[inline(always)]
@@ -62,9 +109,9 @@ where
     ) -> u32 {
         let fragments = block.fragments(depth, visible, block.params(steps));
         let mut drawn = visible;
-        let mut shade = |lane: usize| match (self.0)(&fragments.fragment(lane)).into_color() {
-            Some(color) => colors[lane] = color,
-            None => drawn &= !(1 << lane),
+        let mut shade = |lane: usize| {
+            let painted = (self.0)(&fragments.fragment(lane)).paint(&mut colors[lane]);
+            drawn &= !(u32::from(!painted) << lane);
         };
         if visible == ALL {
             // A plain loop, which the compiler may turn into SIMD.

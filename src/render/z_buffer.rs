@@ -11,7 +11,7 @@ use crate::fragment::{Block, Fragment, FragmentBlock, LANES, Lanes};
 use crate::project::Viewport;
 use crate::render::framebuffer::{Band, Framebuffer};
 use crate::render::mesh::MeshScratch;
-use crate::render::shader::{DepthOnly, IntoColor, PerBlock, PerFragment, Shader};
+use crate::render::shader::{DepthOnly, Paint, PerBlock, PerFragment, Shader};
 use crate::scan::ScanConverter;
 use crate::span::Span;
 use crate::vertex::Vertex;
@@ -113,7 +113,8 @@ impl<const N: usize> ZBuffer<N> {
     }
 
     /// Draws a polygon. `shader` is called once for each fragment that passes the depth test; it
-    /// returns a colour, or an `Option` of one, where `None` discards the fragment.
+    /// returns a colour, an `Option` of one, where `None` discards the fragment, or a colour to be
+    /// blended; see [`Paint`].
     ///
     /// What does not lie on the framebuffer is left out. Any polygon is safe; see
     /// [`ScanConverter::spans`] for what it covers.
@@ -124,7 +125,7 @@ impl<const N: usize> ZBuffer<N> {
         shader: impl Fn(&Fragment<'_, N>) -> R,
     ) where
         C: Copy,
-        R: IntoColor<C>,
+        R: Paint<C>,
     {
         self.draw_polygon(frame, polygon, &PerFragment(shader));
     }
@@ -190,7 +191,7 @@ impl<const N: usize> ZBuffer<N> {
         shader: impl Fn(&Fragment<'_, N>) -> R + Sync,
     ) where
         C: Copy + Send,
-        R: IntoColor<C>,
+        R: Paint<C>,
         F: AsRef<[u32]>,
     {
         let how = (self.level, self.raster());
