@@ -12,6 +12,7 @@
 
 use glam::{DVec3, DVec4, Vec3Swizzles, Vec4, Vec4Swizzles};
 
+use crate::project::Viewport;
 use crate::vertex::{Interpolation, Vertex};
 
 /// The smallest w that a clipped vertex may have: the smallest normal f32, so that w stays
@@ -103,7 +104,7 @@ pub enum Clipped<'a, const N: usize> {
 
 /// Which planes a vertex lies outside of: bit 0 for w >= [`W_MIN`], then a bit a plane. Planes from
 /// the 31st on share the last bit, which says nothing when all vertices have it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Outcode(u32);
 
 impl Outcode {
@@ -133,6 +134,42 @@ impl Outcode {
 
     fn has(self, plane: usize) -> bool {
         self.0 & 1 << (plane + 1).min(31) != 0
+    }
+}
+
+/// The planes of a draw call, near, far, left, right, bottom, top and the user's, with a quick way to
+/// see that a position is inside of all, as most are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Volume<'a> {
+    planes: &'a [ClipPlane],
+    near: f64,
+    sides: [f64; 2],
+    quick: bool,
+}
+
+impl<'a> Volume<'a> {
+    pub(crate) fn new(clip_space: ClipSpace, viewport: &Viewport, planes: &'a [ClipPlane]) -> Self {
+        let near = match clip_space {
+            ClipSpace::ZeroToOne => 0.0,
+            ClipSpace::MinusOneToOne => -1.0,
+        };
+        Self { planes, near, sides: viewport.guard_factors(), quick: planes.len() == 6 }
+    }
+
+    /// The outcode of a position; of one that is not finite, one that is not inside.
+    #[inline(always)]
+    pub(crate) fn outcode(&self, position: DVec4) -> Outcode {
+        // The same signs as those of the planes' distances.
+        let [x, y, z, w] = position.to_array();
+        let inside = w >= W_MIN
+            && w < f64::INFINITY
+            && (self.near * w..=w).contains(&z)
+            && x.abs() <= self.sides[0] * w
+            && y.abs() <= self.sides[1] * w;
+        if inside && self.quick {
+            return Outcode::default();
+        }
+        if position.is_finite() { Outcode::new(position, self.planes) } else { Outcode(1) }
     }
 }
 

@@ -63,13 +63,14 @@ impl Edge {
         let unit = dy * i64::from(SUBPIXELS);
         let below = i64::from(first) * i64::from(SUBPIXELS) + HALF - i64::from(upper.y);
         let position = (i64::from(upper.x) - HALF) * dy + below * dx;
-        let x = -(-position).div_euclid(unit);
-        let step = dx.div_euclid(dy);
+        let per_unit = 1.0 / unit as f64;
+        let (before, error) = divided(-position, unit, per_unit);
+        let (step, left_over) = divided(dx, dy, per_unit * f64::from(SUBPIXELS));
         Some(Self {
             rows: (first, end),
-            x: x as i32,
-            error: x * unit - position,
-            step: (step as i32, (dx - step * dy) * i64::from(SUBPIXELS)),
+            x: -before,
+            error,
+            step: (step, left_over * i64::from(SUBPIXELS)),
             unit,
             winding,
             index,
@@ -79,13 +80,27 @@ impl Edge {
     /// Goes on to the next row.
     #[inline(always)]
     fn advance(&mut self) {
-        self.x += self.step.0;
         self.error -= self.step.1;
-        if self.error < 0 {
-            self.error += self.unit;
-            self.x += 1;
-        }
+        // All ones where the error is negative: no branch, which could not be predicted.
+        let carry = self.error >> 63;
+        self.error += self.unit & carry;
+        self.x += self.step.0 - carry as i32;
     }
+}
+
+/// The quotient rounded down, which must fit an i32, and the remainder, of a positive divisor whose
+/// reciprocal is given.
+///
+/// The quotient is estimated in f64 and rounded to nearest. The estimate is off by less than
+/// 2^31 * 2^-51, so what is found is the quotient rounded down or one more; the remainder tells.
+#[inline(always)]
+fn divided(dividend: i64, divisor: i64, per_divisor: f64) -> (i32, i64) {
+    // Adding 1.5 * 2^52 leaves the integer in the lowest bits.
+    const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
+    let quotient = (dividend as f64 * per_divisor + ROUND).to_bits() as i32;
+    let remainder = dividend - i64::from(quotient) * divisor;
+    let carry = remainder >> 63;
+    (quotient + carry as i32, remainder + (divisor & carry))
 }
 
 /// The first row whose centre line is at or below `y` subpixels; the same for columns.
@@ -99,15 +114,22 @@ pub(crate) fn first_centre(y: i32) -> i32 {
 /// Twice the signed area of an outline in square subpixels; positive when it runs clockwise as seen
 /// on the screen.
 #[inline(always)]
-pub(crate) fn signed_area(outline: impl Iterator<Item = FixedPoint> + Clone) -> i128 {
-    let Some(o) = outline.clone().next() else { return 0 };
+pub(crate) fn signed_area<V>(outline: &[V], point: impl Fn(&V) -> FixedPoint) -> i128 {
+    let [o, rest @ ..] = outline else { return 0 };
+    let o = point(o);
     // Within the guard band each product has at most 54 bits.
-    let from_o = |p: FixedPoint| (i64::from(p.x - o.x), i64::from(p.y - o.y));
-    let next = outline.clone().skip(1);
-    next.clone()
-        .zip(next.skip(1))
-        .map(|(a, b)| (from_o(a), from_o(b)))
-        .fold(0, |sum, (a, b)| sum + i128::from(a.0 * b.1 - b.0 * a.1))
+    let from_o = |v: &V| {
+        let p = point(v);
+        (i64::from(p.x - o.x), i64::from(p.y - o.y))
+    };
+    let twice = |a: (i64, i64), b: (i64, i64)| a.0 * b.1 - b.0 * a.1;
+    match rest {
+        [a, b] => twice(from_o(a), from_o(b)).into(),
+        _ => rest
+            .iter()
+            .zip(rest.iter().skip(1))
+            .fold(0, |sum, (a, b)| sum + i128::from(twice(from_o(a), from_o(b)))),
+    }
 }
 
 /// A run of pixels in one row, between two edges of the outline.
@@ -138,7 +160,9 @@ pub struct Run {
 pub struct EdgeTable {
     edges: Vec<Edge>,
     active: Vec<Edge>,
-    convex: bool,
+    /// The outline, if it is convex: it needs no table.
+    convex: Vec<FixedPoint>,
+    rows: Range<i32>,
 }
 
 impl EdgeTable {
@@ -152,35 +176,61 @@ impl EdgeTable {
     /// Positions must lie within 2^26 subpixels of the origin, which is what the guard band
     /// grants; the time does not depend on how many rows or columns lie outside.
     pub fn fill(&mut self, outline: &[FixedPoint], rows: Range<i32>) {
-        self.convex = is_convex(outline);
         self.edges.clear();
+        if is_convex(outline) {
+            self.fill_convex(outline, &rows);
+            return;
+        }
+        self.convex.clear();
+        self.rows = rows;
         let ends = outline.iter().skip(1).chain(outline.first());
         let edges = outline.iter().zip(ends).zip(0..);
-        self.edges.extend(edges.filter_map(|((&a, &b), index)| Edge::new(a, b, index, &rows)));
+        self.edges.extend(edges.filter_map(|((&a, &b), index)| Edge::new(a, b, index, &self.rows)));
         self.edges.sort_unstable_by_key(|edge| (edge.rows.0, edge.index));
+    }
+
+    /// The same for an outline that is known to be convex, as triangles are.
+    #[inline(always)]
+    pub(crate) fn fill_convex(&mut self, outline: &[FixedPoint], rows: &Range<i32>) {
+        self.edges.clear();
+        self.convex.clear();
+        self.convex.extend_from_slice(outline);
+        self.rows = rows.clone();
     }
 
     /// Whether no row is crossed.
     pub fn is_empty(&self) -> bool {
-        self.edges.is_empty()
+        self.edges.is_empty() && self.extent(&(i32::MIN..i32::MAX), &self.rows).is_none()
+    }
+
+    /// The columns and rows, of those given, that a convex outline extends over, if any.
+    #[inline(always)]
+    pub(crate) fn extent(
+        &self,
+        columns: &Range<i32>,
+        rows: &Range<i32>,
+    ) -> Option<(Range<i32>, Range<i32>)> {
+        let extent = |within: &Range<i32>, coordinate: fn(&FixedPoint) -> i32| {
+            let values = self.convex.iter().map(coordinate);
+            let (min, max) = values.fold((i32::MAX, i32::MIN), |(a, b), v| (a.min(v), b.max(v)));
+            first_centre(min).max(within.start)..first_centre(max).min(within.end)
+        };
+        let (columns, rows) = (extent(columns, |p| p.x), extent(rows, |p| p.y));
+        (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 
     /// The runs of covered pixels, from top to bottom and from left to right.
+    #[inline(always)]
     pub fn runs(&mut self) -> Runs<'_> {
-        let mut rest = self.edges.iter();
-        if !self.convex {
+        if !self.edges.is_empty() {
             self.active.clear();
-            return Runs(Kind::Any(ActiveEdges::new(rest, &mut self.active)));
+            return Runs(Kind::Any(ActiveEdges::new(self.edges.iter(), &mut self.active)));
         }
-        let pair = match (rest.next(), rest.next()) {
-            (Some(&a), Some(&b)) => Some([a, b]),
-            _ => None,
-        };
-        Runs(Kind::Convex(ActivePair { pair, rest }))
+        Runs(Kind::Convex(ActivePair::new(&self.convex, &self.rows)))
     }
 }
 
-/// Whether an outline winds once around a convex region, or around nothing. Going around it, a
+/// Whether an outline winds once around a convex region, or has no area. Going around it, a
 /// convex outline never turns both left and right, and it turns downwards only once.
 fn is_convex(outline: &[FixedPoint]) -> bool {
     if outline.len() <= 3 {
@@ -223,51 +273,138 @@ enum Kind<'a> {
 impl Iterator for Runs<'_> {
     type Item = Run;
 
-    #[inline(always)]
     fn next(&mut self) -> Option<Run> {
         match &mut self.0 {
-            Kind::Convex(pair) => pair.next_run(),
-            Kind::Any(edges) => {
-                // Field by field, so that the short path need not write its own to memory.
-                let Run { y, x, edges: [left, right] } = edges.next_run()?;
-                Some(Run { y, x: x.start..x.end, edges: [left, right] })
-            }
+            Kind::Convex(pair) => pair.next(),
+            Kind::Any(edges) => edges.next_run(),
+        }
+    }
+
+    #[inline(always)]
+    fn fold<B, F: FnMut(B, Run) -> B>(self, init: B, f: F) -> B {
+        match self.0 {
+            Kind::Convex(pair) => pair.fold(init, f),
+            Kind::Any(mut edges) => std::iter::from_fn(|| edges.next_run()).fold(init, f),
         }
     }
 }
 
-/// The two active edges of a convex outline. Both chains of its edges, left and right, are without
-/// gaps, so when one edge ends the next in the table takes its place.
+/// The two active edges of a convex outline, left and right. Each is one of a chain that leads from
+/// the outline's top to its bottom; when it ends, the next of the chain takes its place.
 #[derive(Debug)]
 struct ActivePair<'a> {
-    pair: Option<[Edge; 2]>,
-    rest: std::slice::Iter<'a, Edge>,
+    left: Chain<'a>,
+    right: Chain<'a>,
+    /// `None` when the last row is done.
+    active: Option<[Edge; 2]>,
+    /// The row after the last.
+    end: i32,
 }
 
-impl ActivePair<'_> {
+/// The vertices of a convex outline in the order in which one of its sides runs down.
+#[derive(Debug)]
+struct Chain<'a> {
+    outline: &'a [FixedPoint],
+    rows: Range<i32>,
+    /// The vertex that the chain has come to.
+    at: usize,
+    forward: bool,
+}
+
+impl Chain<'_> {
+    /// The next edge that crosses a row.
     #[inline(always)]
-    fn next_run(&mut self) -> Option<Run> {
-        loop {
-            let [a, b] = self.pair.as_mut()?;
-            let y = a.rows.0;
-            let [left, right] = if a.x <= b.x { [&*a, &*b] } else { [&*b, &*a] };
-            let run = Run { y, x: left.x..right.x, edges: [left.index, right.index] };
-            let mut done = false;
-            for edge in [a, b] {
-                edge.rows.0 = y + 1;
+    fn next_edge(&mut self) -> Option<Edge> {
+        // An edge in a convex outline that runs up lies on the other side.
+        for _ in 0..self.outline.len() {
+            let from = self.at;
+            let last = self.outline.len() - 1;
+            let (to, index) = if self.forward {
+                (if from == last { 0 } else { from + 1 }, from)
+            } else {
+                let before = if from == 0 { last } else { from - 1 };
+                (before, before)
+            };
+            self.at = to;
+            let (a, b) = (self.outline[from], self.outline[to]);
+            if let Some(edge) = Edge::new(a, b, index as u32, &self.rows) {
+                return Some(edge);
+            }
+        }
+        None
+    }
+}
+
+impl<'a> ActivePair<'a> {
+    #[inline(always)]
+    fn new(outline: &'a [FixedPoint], rows: &Range<i32>) -> Self {
+        let area = signed_area(outline, |point| *point);
+        let chain = |at, forward| Chain { outline, rows: rows.clone(), at, forward };
+        let mut top = 0;
+        let mut bottom = i32::MIN;
+        for (k, point) in outline.iter().enumerate() {
+            if point.y < outline[top].y {
+                top = k;
+            }
+            bottom = bottom.max(point.y);
+        }
+        // Clockwise means that the side that runs down forward is on the right.
+        let (mut left, mut right) = (chain(top, area < 0), chain(top, area > 0));
+        let active = if area == 0 { None } else { left.next_edge().zip(right.next_edge()) };
+        let end = first_centre(bottom).min(rows.end);
+        Self { left, right, active: active.map(|(left, right)| [left, right]), end }
+    }
+
+    /// Goes on to the next row.
+    #[inline(always)]
+    fn advance(&mut self, [left, right]: &mut [Edge; 2]) -> bool {
+        let y = left.rows.0 + 1;
+        if y >= self.end {
+            return false;
+        }
+        for (edge, chain) in [(left, &mut self.left), (right, &mut self.right)] {
+            edge.rows.0 = y;
+            if y < edge.rows.1 {
                 edge.advance();
-                if edge.rows.0 == edge.rows.1 {
-                    match self.rest.next() {
-                        Some(next) => *edge = *next,
-                        None => done = true,
-                    }
-                }
+            } else if let Some(next) = chain.next_edge() {
+                *edge = next;
+            } else {
+                return false;
             }
-            if done {
-                self.pair = None;
-            }
+        }
+        true
+    }
+}
+
+impl Iterator for ActivePair<'_> {
+    type Item = Run;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Run> {
+        loop {
+            let mut pair = self.active?;
+            let [left, right] = &pair;
+            let run = Run { y: left.rows.0, x: left.x..right.x, edges: [left.index, right.index] };
+            self.active = if self.advance(&mut pair) { Some(pair) } else { None };
             if !run.x.is_empty() {
                 return Some(run);
+            }
+        }
+    }
+
+    /// The loop that drawing runs in: the edges stay in registers.
+    #[inline(always)]
+    fn fold<B, F: FnMut(B, Run) -> B>(mut self, init: B, mut f: F) -> B {
+        let mut result = init;
+        let Some(mut pair) = self.active else { return result };
+        loop {
+            let [left, right] = &pair;
+            if left.x < right.x {
+                let edges = [left.index, right.index];
+                result = f(result, Run { y: left.rows.0, x: left.x..right.x, edges });
+            }
+            if !self.advance(&mut pair) {
+                return result;
             }
         }
     }

@@ -11,8 +11,8 @@
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFrom, dispatch, f32x16};
 
-use crate::polygon::WRange;
-use crate::span::{Line, Span};
+use crate::polygon::{Method, WRange};
+use crate::span::{Line, Place, Span};
 
 /// The number of pixels in a block.
 pub const LANES: usize = 16;
@@ -33,7 +33,7 @@ pub struct Fragment<'a, const N: usize> {
     pub w: f32,
     /// The parameters r_1 .. r_N.
     pub params: [f32; N],
-    span: &'a Span<'a, N>,
+    place: Place<'a, N>,
 }
 
 impl<const N: usize> Fragment<'_, N> {
@@ -41,26 +41,28 @@ impl<const N: usize> Fragment<'_, N> {
     /// given; 0 for a polygon that is drawn alone.
     #[inline(always)]
     pub fn face(&self) -> u32 {
-        self.span.polygon.face
+        self.place.polygon.face
     }
 
     /// The parameters' exact derivatives with respect to screen x (to the right) and screen y
     /// (down), per pixel, from the planes of s and 1/w; no neighbouring pixel is involved.
     pub fn derivatives(&self) -> ([f32; N], [f32; N]) {
-        self.span.derivatives(self.x - self.span.polygon.corner.0)
+        self.place.derivatives(self.x - self.place.polygon.corner.0)
     }
 }
 
 /// Iterator over the fragments of a span.
 #[derive(Clone, Debug)]
 pub struct Fragments<'a, const N: usize> {
-    blocks: Blocks<'a, N>,
+    span: &'a Span<'a, N>,
+    /// The first column, relative to the viewport, that `block` does not have.
+    next: i32,
     block: Option<FragmentBlock<'a, N>>,
 }
 
 impl<'a, const N: usize> Fragments<'a, N> {
     pub(crate) fn new(span: &'a Span<'a, N>) -> Self {
-        Self { blocks: span.blocks(0), block: None }
+        Self { span, next: span.x.start, block: None }
     }
 }
 
@@ -76,10 +78,15 @@ impl<'a, const N: usize> Iterator for Fragments<'a, N> {
                 block.visible &= block.visible - 1;
                 return Some(block.fragment(lane));
             }
-            let block = self.blocks.next()?;
+            if self.next >= self.span.x.end {
+                return None;
+            }
+            let block = Block { span: self.span, x: self.next };
+            self.next += LANES as i32;
             self.block = Some(dispatch!(Level::baseline(), simd => {
                 let steps = block.steps(simd);
-                block.fragments(block.depth(steps), block.lanes(), block.params(steps))
+                let params = block.params(steps, self.span.place.polygon.method);
+                block.fragments(block.depth(steps), block.lanes(), params)
             }));
         }
     }
@@ -101,14 +108,14 @@ pub struct FragmentBlock<'a, const N: usize> {
     pub w: Lanes,
     /// The parameters r_1 .. r_N, as [`Fragment::params`].
     pub params: [Lanes; N],
-    span: &'a Span<'a, N>,
+    place: Place<'a, N>,
 }
 
 impl<'a, const N: usize> FragmentBlock<'a, N> {
     /// The number of the polygon, as [`Fragment::face`].
     #[inline(always)]
     pub fn face(&self) -> u32 {
-        self.span.polygon.face
+        self.place.polygon.face
     }
 
     /// One of the fragments. Lanes from [`LANES`] on are none; they give the last.
@@ -121,47 +128,17 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
             depth: self.depth[lane],
             w: self.w[lane],
             params: std::array::from_fn(|i| self.params[i][lane]),
-            span: self.span,
+            place: self.place,
         }
     }
 }
 
-/// Iterator over the blocks of a span that have a visible pixel.
-#[derive(Clone, Debug)]
-pub(crate) struct Blocks<'a, const N: usize> {
-    span: &'a Span<'a, N>,
-    /// The first column of the next block, relative to the viewport.
-    x: i32,
-}
-
-impl<'a, const N: usize> Blocks<'a, N> {
-    /// The blocks of a span whose first pixel is the one `before` pixels after the beginning of a
-    /// cache line. Memory is faster in whole lines, so a long span begins with a part of a block;
-    /// a short one had better be one block.
-    #[inline(always)]
-    pub(crate) fn new(span: &'a Span<'a, N>, before: usize) -> Self {
-        let before = if span.x.len() > LANES { before % LANES } else { 0 };
-        Self { span, x: span.x.start - before as i32 }
-    }
-}
-
-impl<'a, const N: usize> Iterator for Blocks<'a, N> {
-    type Item = Block<'a, N>;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Block<'a, N>> {
-        let block = Block { span: self.span, x: self.x };
-        self.x += LANES as i32;
-        (block.x < self.span.x.end).then_some(block)
-    }
-}
-
-/// [`LANES`] neighbouring pixels of a span, of which at least one is visible.
-#[derive(Clone, Debug)]
-pub(crate) struct Block<'a, const N: usize> {
-    span: &'a Span<'a, N>,
+/// [`LANES`] neighbouring pixels of a row, some of which belong to a span.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block<'s, 'a, const N: usize> {
+    pub(crate) span: &'s Span<'a, N>,
     /// The column of lane 0, relative to the viewport.
-    x: i32,
+    pub(crate) x: i32,
 }
 
 /// w and the parameters of the pixels of a block.
@@ -170,11 +147,11 @@ pub(crate) struct Params<const N: usize> {
     params: [Lanes; N],
 }
 
-impl<'a, const N: usize> Block<'a, N> {
+impl<'a, const N: usize> Block<'_, 'a, N> {
     /// The column of lane 0 on the framebuffer. It may lie outside; visible lanes do not.
     #[inline(always)]
-    pub(crate) fn column(&self) -> i32 {
-        self.span.polygon.corner.0 + self.x
+    fn column(&self) -> i32 {
+        self.span.place.polygon.corner.0 + self.x
     }
 
     /// Which lanes belong to the span, a bit a lane.
@@ -195,55 +172,67 @@ impl<'a, const N: usize> Block<'a, N> {
     #[inline(always)]
     pub(crate) fn depth<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
         let Line { at, delta, .. } = &self.span.line;
-        let (min, max) = self.span.polygon.z;
+        let (min, max) = self.span.place.polygon.z;
         (steps * delta.z + at.z).max(min).min(max)
     }
 
     /// 1/w as depth: what grows towards the eye.
     #[inline(always)]
     pub(crate) fn inverse_w<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
-        match self.span.polygon.w {
+        let polygon = self.span.place.polygon;
+        match polygon.w {
             WRange::Constant { inv_w, .. } => f32x16::splat(steps.simd, inv_w),
             WRange::Varying { inv_w: (min, max), .. } => {
-                let per_unit = (1.0 / self.span.polygon.w_unit) as f32;
+                let per_unit = (1.0 / polygon.w_unit) as f32;
                 self.inverse_w_in_units(steps).max(min).min(max) * per_unit
             }
         }
     }
 
-    /// w and the parameters: one reciprocal a pixel, or none if w is constant.
+    /// w and the parameters: one reciprocal a pixel, or none if w is constant. `method` is that of
+    /// the polygon; where it is a constant, the compiler leaves out the rest.
     #[inline(always)]
-    pub(crate) fn params<S: Simd>(&self, steps: f32x16<S>) -> Params<N> {
-        let Span { polygon, line: Line { at, delta, .. }, .. } = self.span;
+    pub(crate) fn params<S: Simd>(&self, steps: f32x16<S>, method: Method) -> Params<N> {
+        let (polygon, Line { at, delta, .. }) = (self.span.place.polygon, &self.span.line);
         let s = |i: usize| steps * delta.s[i] + at.s[i];
-        match polygon.w {
-            WRange::Constant { w, .. } => {
-                let limit = |i| match &polygon.limits {
-                    None => s(i).into(),
-                    Some(limits) => limited(s(i).into(), limits[i]),
-                };
-                Params { w: [w; LANES], params: std::array::from_fn(limit) }
+        match (method, polygon.w) {
+            (Method::Constant, w) => {
+                let w = w.range().0;
+                Params { w: [w; LANES], params: std::array::from_fn(|i| s(i).into()) }
             }
-            WRange::Varying { w: (min, max), inv_w } => {
+            (Method::Perspective, w) => {
                 // Not brought into its range: s is not either, so that r keeps to its plane where a
                 // pixel centre lies outside the polygon.
-                let mut per_w = self.inverse_w_in_units(steps);
-                if polygon.limits.is_some() {
-                    per_w = per_w.max(inv_w.0).min(inv_w.1);
-                }
-                let per_unit = reciprocal(per_w);
-                let times_w = |i| if polygon.times_w[i] { s(i) * per_unit } else { s(i) };
-                let params = match &polygon.limits {
-                    None if polygon.all_times_w => {
-                        std::array::from_fn(|i| (s(i) * per_unit).into())
+                let per_unit = reciprocal(self.inverse_w_in_units(steps));
+                let params = std::array::from_fn(|i| (s(i) * per_unit).into());
+                Params { w: self.w(per_unit, w.range()), params }
+            }
+            (Method::Other, w) => {
+                let (w, per_unit) = match w {
+                    WRange::Constant { w, .. } => ([w; LANES], f32x16::splat(steps.simd, 1.0)),
+                    WRange::Varying { w, inv_w } => {
+                        let mut per_w = self.inverse_w_in_units(steps);
+                        if polygon.limits.is_some() {
+                            per_w = per_w.max(inv_w.0).min(inv_w.1);
+                        }
+                        let per_unit = reciprocal(per_w);
+                        (self.w(per_unit, w), per_unit)
                     }
-                    None => std::array::from_fn(|i| times_w(i).into()),
-                    Some(limits) => std::array::from_fn(|i| limited(times_w(i).into(), limits[i])),
                 };
-                let w = (per_unit * polygon.w_unit as f32).max(min).min(max);
-                Params { w: w.into(), params }
+                let r = |i: usize| if polygon.times_w[i] { s(i) * per_unit } else { s(i) };
+                let params = match &polygon.limits {
+                    None => std::array::from_fn(|i| r(i).into()),
+                    Some(limits) => std::array::from_fn(|i| limited(r(i).into(), limits[i])),
+                };
+                Params { w, params }
             }
         }
+    }
+
+    /// w from w in the polygon's unit.
+    #[inline(always)]
+    fn w<S: Simd>(&self, per_unit: f32x16<S>, (min, max): (f32, f32)) -> Lanes {
+        (per_unit * self.span.place.polygon.w_unit as f32).max(min).min(max).into()
     }
 
     /// The fragments of the block.
@@ -261,7 +250,7 @@ impl<'a, const N: usize> Block<'a, N> {
             depth: depth.into(),
             w: params.w,
             params: params.params,
-            span: self.span,
+            place: self.span.place,
         }
     }
 

@@ -31,6 +31,7 @@ pub struct Gradient<const N: usize> {
 impl<const N: usize> Gradient<N> {
     /// The planes through three vertices; `None` when these lie on a line or within 2^-20 pixel of
     /// one, where rounding errors across the line would be taken for slopes.
+    #[inline(always)]
     pub fn through([a, b, c]: [&ScreenVertex<N>; 3]) -> Option<Self> {
         let (abx, aby) = (b.x - a.x, b.y - a.y);
         let (acx, acy) = (c.x - a.x, c.y - a.y);

@@ -1,4 +1,4 @@
-//! A polygon on the screen: its outline in subpixels, and how its parameters run over it.
+//! A polygon on the screen: how its parameters run over it.
 //!
 //! Clipped vertices come in; for every run of pixels that the edge table finds, the polygon gives
 //! the values of (z, s_1 .. s_n, s_{n+1}) at the first pixel and the change per pixel.
@@ -14,11 +14,9 @@ use std::ops::Range;
 use crate::clip::{ClipSpace, ClipVertex};
 use crate::edge_table::Run;
 use crate::gradient::Gradient;
-use crate::project::{
-    FixedPoint, Projected, Projection, SUBPIXELS, ScreenParams, ScreenVertex, Viewport,
-};
+use crate::project::{Projection, SUBPIXELS, ScreenParams, ScreenVertex, Viewport};
 use crate::span::Line;
-use crate::vertex::Interpolation;
+use crate::vertex::{Interpolation, Vertex};
 
 /// How far the values at the vertices may lie from a plane for this plane to stand for them, as a
 /// part of the largest value. Vertices rounded to f32 miss it by a few units of 2^-24; from here
@@ -32,6 +30,44 @@ const DEPTH_TOLERANCE: f64 = 1.0 / (1 << 22) as f64;
 /// out of sums in f64: rounded in units of 2^-53, it is off by 2^-27 of itself.
 const LEAST_EXACT: f32 = 1.0 / (1 << 26) as f32;
 
+/// How the polygons of a draw call are brought to the screen.
+#[derive(Clone, Debug)]
+pub(crate) struct Setup<const N: usize> {
+    projection: Projection,
+    interpolation: [Interpolation; N],
+    /// Whether all parameters are interpolated in perspective.
+    perspective: bool,
+}
+
+impl<const N: usize> Setup<N> {
+    pub(crate) fn new(
+        viewport: &Viewport,
+        clip_space: ClipSpace,
+        interpolation: [Interpolation; N],
+    ) -> Self {
+        let perspective = interpolation == [Interpolation::Perspective; N];
+        Self { projection: Projection::new(viewport, clip_space), interpolation, perspective }
+    }
+
+    /// A vertex in the clipper's precision, with the first vertex's value where a parameter is flat.
+    #[inline(always)]
+    pub(crate) fn vertex(&self, vertex: &Vertex<N>, provoking: &Vertex<N>) -> ClipVertex<N> {
+        let vertex = ClipVertex::from(vertex);
+        if self.perspective { vertex } else { vertex.flattened(provoking, &self.interpolation) }
+    }
+}
+
+/// How the parameters of a polygon are found from its planes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Method {
+    /// All are multiplied by w.
+    Perspective,
+    /// None is: all w are equal.
+    Constant,
+    /// Any other case.
+    Other,
+}
+
 /// The polygon being scan-converted, with the memory that it needs.
 #[derive(Clone, Debug)]
 pub(crate) struct ScreenPolygon<const N: usize> {
@@ -39,7 +75,7 @@ pub(crate) struct ScreenPolygon<const N: usize> {
     pub(crate) corner: (i32, i32),
     /// The number of the polygon in its mesh.
     pub(crate) face: u32,
-    outline: Vec<FixedPoint>,
+    /// The vertices; of a polygon whose values all have planes they may be missing.
     vertices: Vec<ScreenVertex<N>>,
     gradient: Gradient<N>,
     /// The gradient's change per pixel to the right.
@@ -51,13 +87,11 @@ pub(crate) struct ScreenPolygon<const N: usize> {
     pub(crate) w: WRange,
     /// Which parameters are multiplied by w at each pixel.
     pub(crate) times_w: [bool; N],
-    /// Whether all are.
-    pub(crate) all_times_w: bool,
+    pub(crate) method: Method,
     /// The smallest and the largest depth of the vertices.
     pub(crate) z: (f32, f32),
     /// The smallest and the largest value of each parameter, if 1/w changes so much, per pixel or in
-    /// all, that s / (1/w) cannot be trusted at every pixel centre, or if s changes by more than an
-    /// f32 holds.
+    /// all, that s / (1/w) cannot be trusted at every pixel centre, or if s is too large for f32.
     pub(crate) limits: Option<[(f32, f32); N]>,
 }
 
@@ -71,6 +105,15 @@ pub(crate) enum WRange {
 }
 
 impl WRange {
+    /// The smallest and the largest w.
+    #[inline(always)]
+    pub(crate) fn range(self) -> (f32, f32) {
+        match self {
+            Self::Constant { w, .. } => (w, w),
+            Self::Varying { w, .. } => w,
+        }
+    }
+
     /// For w from `min` to `max`, measured in `unit`.
     #[inline(always)]
     fn new(unit: f64, min: f64, max: f64) -> Self {
@@ -108,7 +151,6 @@ impl<const N: usize> Default for ScreenPolygon<N> {
         Self {
             corner: (0, 0),
             face: 0,
-            outline: Vec::new(),
             vertices: Vec::new(),
             gradient: Gradient::default(),
             delta: ScreenParams::default().rounded(),
@@ -116,7 +158,7 @@ impl<const N: usize> Default for ScreenPolygon<N> {
             w_unit: 1.0,
             w: WRange::Constant { w: 1.0, inv_w: 1.0 },
             times_w: [false; N],
-            all_times_w: false,
+            method: Method::Other,
             z: (0.0, 1.0),
             limits: None,
         }
@@ -124,58 +166,98 @@ impl<const N: usize> Default for ScreenPolygon<N> {
 }
 
 impl<const N: usize> ScreenPolygon<N> {
-    /// Brings a clipped polygon to the screen: its vertices, each with its projection.
-    #[inline(always)]
-    pub(crate) fn project(
+    /// Sets up a polygon that was clipped, from its vertices. `affine` says that all values are known
+    /// to be affine on the polygon.
+    pub(crate) fn set_up(
         &mut self,
-        polygon: impl Iterator<Item = (ClipVertex<N>, Projected)> + Clone,
-        viewport: &Viewport,
-        clip_space: ClipSpace,
-        interpolation: &[Interpolation; N],
+        setup: &Setup<N>,
+        polygon: impl Iterator<Item = ClipVertex<N>> + Clone,
+        affine: bool,
     ) {
-        let (min, max) = extent(polygon.clone().map(|(v, _)| v.position.w));
-        let w_unit = power_of_two_below(min);
-        self.w_unit = w_unit;
-        self.w = WRange::new(w_unit, min, max);
-        let divides = matches!(self.w, WRange::Varying { .. });
-        self.times_w = interpolation.map(|i| divides && i == Interpolation::Perspective);
-        self.all_times_w = self.times_w == [true; N];
-        let projection =
-            Projection { viewport: *viewport, clip_space, w_unit, divide: self.times_w };
-        self.corner = (viewport.rect().x, viewport.rect().y);
-        let [near, far] = viewport.depth().map(f64::from);
-        let (near, far) = (near.min(far), near.max(far));
-        self.outline.clear();
-        self.vertices.clear();
-        for (vertex, projected) in polygon {
-            let mut vertex = projection.vertex(&vertex, projected.inv_w);
-            // Clipping has brought it here but for rounding.
-            vertex.values.z = vertex.values.z.max(near).min(far);
-            self.outline.push(projected.point);
-            self.vertices.push(vertex);
+        self.measure_w(setup, polygon.clone().map(|v| v.position.w));
+        let mut vertices = std::mem::take(&mut self.vertices);
+        vertices.clear();
+        vertices.extend(polygon.map(|v| self.project(setup, &v)));
+        self.fit(&vertices, affine);
+        self.vertices = vertices;
+    }
+
+    /// The same for a triangle that was not clipped. Written out, since loops and arrays of so large
+    /// elements would go through memory.
+    #[inline(always)]
+    pub(crate) fn set_up_triangle(
+        &mut self,
+        setup: &Setup<N>,
+        [a, b, c]: [&Vertex<N>; 3],
+        affine: bool,
+    ) {
+        let [va, vb, vc] = [setup.vertex(a, a), setup.vertex(b, a), setup.vertex(c, a)];
+        self.measure_w(setup, [va.position.w, vb.position.w, vc.position.w].into_iter());
+        let a = self.project(setup, &va);
+        let b = self.project(setup, &vb);
+        let c = self.project(setup, &vc);
+        let triangle = [a, b, c];
+        self.fit(&triangle, affine);
+        if self.by_edges.any {
+            self.vertices.clear();
+            self.vertices.extend_from_slice(&triangle);
         }
     }
 
-    /// The outline in subpixels.
-    pub(crate) fn outline(&self) -> &[FixedPoint] {
-        &self.outline
+    #[inline(always)]
+    fn measure_w(&mut self, setup: &Setup<N>, w: impl Iterator<Item = f64>) {
+        let (min, max) = extent(w);
+        self.corner = setup.projection.corner();
+        self.w_unit = power_of_two_below(min);
+        self.w = WRange::new(self.w_unit, min, max);
+        let divides = matches!(self.w, WRange::Varying { .. });
+        self.times_w = setup.interpolation.map(|i| divides && i == Interpolation::Perspective);
+        self.method = match (divides, setup.perspective) {
+            (true, true) => Method::Perspective,
+            (false, _) => Method::Constant,
+            _ => Method::Other,
+        };
     }
 
-    /// Finds the planes of the values, and the values that have none. `flat` says that there is no
-    /// need to look: all are known to be affine on the polygon.
-    pub(crate) fn fit_planes(&mut self, flat: bool) {
-        let (near, far) = extent(self.vertices.iter().map(|v| v.values.z));
+    #[inline(always)]
+    fn project(&self, setup: &Setup<N>, vertex: &ClipVertex<N>) -> ScreenVertex<N> {
+        let Setup { projection, .. } = setup;
+        let divide = |i: usize| self.method == Method::Perspective || self.times_w[i];
+        let mut vertex = projection.vertex(vertex, self.w_unit, divide);
+        // Clipping has brought it here but for rounding.
+        let (least, greatest) = projection.depth_range();
+        vertex.values.z = vertex.values.z.max(least).min(greatest);
+        vertex
+    }
+
+    /// Finds the planes of the values, and the values that have none.
+    #[inline(always)]
+    fn fit(&mut self, vertices: &[ScreenVertex<N>], affine: bool) {
+        let (near, far) = extent(vertices.iter().map(|v| v.values.z));
         self.z = (near as f32, far as f32);
-        let gradient = widest_triangle(&self.vertices).and_then(Gradient::through);
+        let gradient = widest_triangle(vertices).and_then(Gradient::through);
         self.gradient = gradient.unwrap_or_default();
         self.delta = self.gradient.dx.rounded();
-        let finite = self.gradient.dx.s.iter().all(|d| d.abs() <= f64::from(f32::MAX));
         self.by_edges = match gradient {
             None => ByEdges { any: true, z: true, inv_w: true, s: Flags([true; N]) },
-            Some(_) if flat => ByEdges::default(),
-            Some(gradient) => self.misfits(&gradient),
+            Some(_) if affine => ByEdges::default(),
+            Some(gradient) => self.misfits(&gradient, vertices),
         };
-        self.limits = if self.is_steep() || !finite { Some(self.limits()) } else { None };
+        self.limits = None;
+        if self.is_steep() || !self.fits_f32(vertices) {
+            self.limits = Some(self.limits(vertices));
+            self.method = Method::Other;
+        }
+    }
+
+    /// Whether every s is within f32, as it is at the vertices and at pixel centres, which are
+    /// less than a pixel away from the polygon.
+    #[inline(always)]
+    fn fits_f32(&self, vertices: &[ScreenVertex<N>]) -> bool {
+        let sum = |s: &[f64; N]| s.iter().fold(0.0, |sum, s| sum + s.abs());
+        let at_vertices = vertices.iter().fold(0.0, |total, v| total + sum(&v.values.s));
+        let slopes = sum(&self.gradient.dx.s) + sum(&self.gradient.dy.s);
+        at_vertices + slopes <= f64::from(f32::MAX)
     }
 
     /// Whether 1/w, as it is found at a pixel centre, may leave the range of the vertices by more
@@ -189,24 +271,24 @@ impl<const N: usize> ScreenPolygon<N> {
     }
 
     #[cold]
-    fn limits(&self) -> [(f32, f32); N] {
+    fn limits(&self, vertices: &[ScreenVertex<N>]) -> [(f32, f32); N] {
         std::array::from_fn(|i| {
-            let (min, max) = extent(self.vertices.iter().map(|v| self.parameter(v, i)));
+            let (min, max) = extent(vertices.iter().map(|v| self.parameter(v, i)));
             (min as f32, max as f32)
         })
     }
 
     /// Which values at the vertices do not lie on the planes.
-    #[cold]
-    fn misfits(&self, gradient: &Gradient<N>) -> ByEdges<N> {
+    #[inline(never)]
+    fn misfits(&self, gradient: &Gradient<N>, vertices: &[ScreenVertex<N>]) -> ByEdges<N> {
         let mut largest = [0.0f64; N];
-        for v in &self.vertices {
+        for v in vertices {
             for (i, largest) in largest.iter_mut().enumerate() {
                 *largest = largest.max(self.parameter(v, i).abs());
             }
         }
         let mut by_edges = ByEdges::<N>::default();
-        for v in &self.vertices {
+        for v in vertices {
             let plane = gradient.at(v.x, v.y);
             let off = plane.zip(&v.values, |plane, value| (plane - value).abs());
             // Written so that NaN is a misfit, too.
@@ -237,7 +319,7 @@ impl<const N: usize> ScreenPolygon<N> {
     pub(crate) fn line(&self, run: &Run) -> Line<N> {
         if self.by_edges.any {
             // Field by field, so that the other path need not write its own to memory.
-            let Line { x, at, delta } = self.line_by_edges(run);
+            let Line { x, at, delta } = self.line_by_edges(run.clone());
             let fields = |p: &ScreenParams<N, f32>| ScreenParams {
                 z: p.z,
                 inv_w: p.inv_w,
@@ -252,8 +334,8 @@ impl<const N: usize> ScreenPolygon<N> {
     }
 
     #[cold]
-    fn line_by_edges(&self, run: &Run) -> Line<N> {
-        let (start, delta) = self.along(run);
+    fn line_by_edges(&self, run: Run) -> Line<N> {
+        let (start, delta) = self.along(&run);
         let x = if delta.inv_w < 0.0 { run.x.end - 1 } else { run.x.start };
         let at = start.step(&delta, f64::from(x - run.x.start)).rounded();
         Line { x, at, delta: delta.rounded() }

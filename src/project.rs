@@ -127,15 +127,21 @@ impl Viewport {
         clip_space: ClipSpace,
     ) -> Option<ScreenVertex<N>> {
         let vertex = ClipVertex::from(vertex);
-        let projection = Projection { viewport: *self, clip_space, w_unit: 1.0, divide: [true; N] };
+        let projection = Projection::new(self, clip_space);
         (vertex.position.is_finite() && vertex.position.w >= W_MIN)
-            .then(|| projection.vertex(&vertex, 1.0 / vertex.position.w))
+            .then(|| projection.vertex(&vertex, 1.0, |_| true))
     }
 
     /// The sides of the guard band.
     pub(crate) fn guard_band(&self) -> [ClipPlane; 4] {
-        let factor = |size: u32| 1.0 + 2.0 * f64::from(GUARD_BAND) / f64::from(size.max(1));
-        ClipPlane::sides(factor(self.rect.width), factor(self.rect.height))
+        let [x, y] = self.guard_factors();
+        ClipPlane::sides(x, y)
+    }
+
+    /// How many times wider and higher than the viewport the guard band is.
+    pub(crate) fn guard_factors(&self) -> [f64; 2] {
+        [self.rect.width, self.rect.height]
+            .map(|size| 1.0 + 2.0 * f64::from(GUARD_BAND) / f64::from(size.max(1)))
     }
 }
 
@@ -167,14 +173,13 @@ impl<const N: usize> ScreenParams<N> {
         self.zip(delta, |a, d| a + d * steps)
     }
 
-    /// Rounded to f32; what exceeds it becomes its largest number, whose product with 0 is 0.
+    /// Rounded to f32.
     #[inline(always)]
     pub(crate) fn rounded(&self) -> ScreenParams<N, f32> {
-        let round = |v: f64| (v as f32).clamp(f32::MIN, f32::MAX);
         ScreenParams {
             z: self.z as f32,
             inv_w: self.inv_w as f32,
-            s: std::array::from_fn(|i| round(self.s[i])),
+            s: std::array::from_fn(|i| self.s[i] as f32),
         }
     }
 }
@@ -205,58 +210,76 @@ pub struct FixedPoint {
     pub y: i32,
 }
 
-/// A position on the screen before parameters are known: what is worth keeping of a vertex that
-/// several faces share.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Projected {
-    pub(crate) point: FixedPoint,
-    pub(crate) inv_w: f64,
-}
-
-impl Projected {
+impl FixedPoint {
     /// Divides a position by its w. The result is meant for w of at least [`W_MIN`] and positions
     /// inside the guard band; others give some point.
     #[inline(always)]
-    pub(crate) fn new(position: DVec4, viewport: &Viewport) -> Self {
+    pub(crate) fn project(position: DVec4, viewport: &Viewport) -> Self {
         let Rect { width, height, .. } = viewport.rect;
         let [x, y, _, w] = position.to_array();
-        let point = FixedPoint { x: subpixels(x, w, width), y: subpixels(-y, w, height) };
-        Self { point, inv_w: 1.0 / w }
+        Self { x: subpixels(x, w, width), y: subpixels(-y, w, height) }
     }
 }
 
-/// The mapping of one polygon's vertices to the screen.
+/// The mapping from clip space to a viewport.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Projection<const N: usize> {
-    pub(crate) viewport: Viewport,
-    pub(crate) clip_space: ClipSpace,
-    /// The unit in which w is measured, a power of two: s_i and s_{n+1} are multiplied by it.
-    pub(crate) w_unit: f64,
-    /// Which parameters are divided by w.
-    pub(crate) divide: [bool; N],
+pub(crate) struct Projection {
+    corner: (i32, i32),
+    /// Width and height in pixels.
+    size: [f64; 2],
+    depth: [f64; 2],
+    clip_space: ClipSpace,
 }
 
-impl<const N: usize> Projection<N> {
-    /// The vertex on the screen, not rounded.
+impl Projection {
+    pub(crate) fn new(viewport: &Viewport, clip_space: ClipSpace) -> Self {
+        let Rect { x, y, width, height } = viewport.rect;
+        Self {
+            corner: (x, y),
+            size: [width, height].map(f64::from),
+            depth: viewport.depth.map(f64::from),
+            clip_space,
+        }
+    }
+
+    /// The top left corner of the viewport on the framebuffer.
+    pub(crate) fn corner(&self) -> (i32, i32) {
+        self.corner
+    }
+
+    /// The least and the greatest depth of the viewport's range.
     #[inline(always)]
-    pub(crate) fn vertex(&self, vertex: &ClipVertex<N>, inv_w: f64) -> ScreenVertex<N> {
-        let Rect { width, height, .. } = self.viewport.rect;
+    pub(crate) fn depth_range(&self) -> (f64, f64) {
+        let [near, far] = self.depth;
+        (near.min(far), near.max(far))
+    }
+
+    /// The vertex on the screen, not rounded. `w_unit` is the unit in which w is measured, a power of
+    /// two, and `divide` tells which parameters are divided by w.
+    #[inline(always)]
+    pub(crate) fn vertex<const N: usize>(
+        &self,
+        vertex: &ClipVertex<N>,
+        w_unit: f64,
+        divide: impl Fn(usize) -> bool,
+    ) -> ScreenVertex<N> {
+        let inv_w = 1.0 / vertex.position.w;
         let [x, y, z, _] = (vertex.position * inv_w).to_array();
-        let [near, far] = self.viewport.depth.map(f64::from);
+        let [near, far] = self.depth;
         let z = match self.clip_space {
             ClipSpace::ZeroToOne => z,
             ClipSpace::MinusOneToOne => 0.5 * z + 0.5,
         };
-        let inv_w = inv_w * self.w_unit;
-        let params = &vertex.params;
-        let values = ScreenParams {
-            z: near + (far - near) * z,
-            s: std::array::from_fn(|i| if self.divide[i] { params[i] * inv_w } else { params[i] }),
-            inv_w,
-        };
-        let x = (0.5 * x + 0.5) * f64::from(width);
-        let y = (0.5 - 0.5 * y) * f64::from(height);
-        ScreenVertex { x, y, values }
+        let inv_w = inv_w * w_unit;
+        let s = std::array::from_fn(|i| {
+            let r = vertex.params[i];
+            if divide(i) { r * inv_w } else { r }
+        });
+        ScreenVertex {
+            x: (0.5 * x + 0.5) * self.size[0],
+            y: (0.5 - 0.5 * y) * self.size[1],
+            values: ScreenParams { z: near + (far - near) * z, inv_w, s },
+        }
     }
 }
 

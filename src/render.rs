@@ -1,6 +1,7 @@
 //! Renderers on top of the scan converter, and the framebuffer that they draw to.
 
 mod framebuffer;
+mod coarse_depth;
 mod shader;
 mod mesh;
 #[cfg(not(feature = "parallel"))]

@@ -10,8 +10,8 @@ use std::ops::Range;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, Clipper, Outcome};
 use crate::edge_table::{EdgeTable, Runs, signed_area};
-use crate::polygon::ScreenPolygon;
-use crate::project::{Projected, Rect, Viewport};
+use crate::polygon::{ScreenPolygon, Setup};
+use crate::project::{FixedPoint, Rect, Viewport};
 use crate::span::Span;
 use crate::vertex::{Interpolation, Vertex};
 
@@ -70,6 +70,7 @@ pub struct ScanConverter<const N: usize> {
     pub interpolation: [Interpolation; N],
     all_planes: Vec<ClipPlane>,
     clipper: Clipper<N>,
+    outline: Vec<FixedPoint>,
     polygon: ScreenPolygon<N>,
     edges: EdgeTable,
 }
@@ -87,6 +88,7 @@ impl<const N: usize> ScanConverter<N> {
             interpolation: [Interpolation::default(); N],
             all_planes: Vec::new(),
             clipper: Clipper::new(),
+            outline: Vec::new(),
             polygon: ScreenPolygon::default(),
             edges: EdgeTable::new(),
         }
@@ -128,18 +130,24 @@ impl<const N: usize> ScanConverter<N> {
             return None;
         }
         let vertices = self.clipper.vertices().iter();
-        let project = |v: &ClipVertex<N>| (*v, Projected::new(v.position, &self.viewport));
-        let (viewport, interpolation) = (&self.viewport, &self.interpolation);
-        self.polygon.project(vertices.map(project), viewport, self.clip_space, interpolation);
-        if self.cull.leaves_out(signed_area(self.polygon.outline().iter().copied())) {
+        let point = |v: &ClipVertex<N>| FixedPoint::project(v.position, &self.viewport);
+        self.outline.clear();
+        self.outline.extend(vertices.clone().map(point));
+        if self.cull.leaves_out(signed_area(&self.outline, |point| *point)) {
             return None;
         }
-        self.edges.fill(self.polygon.outline(), rows);
+        self.edges.fill(&self.outline, rows);
         if self.edges.is_empty() {
             return None;
         }
-        self.polygon.fit_planes(self.is_flat(polygon.len(), outcome));
+        let setup = self.setup();
+        self.polygon.set_up(&setup, vertices.copied(), self.is_affine(polygon.len(), outcome));
         Some(columns)
+    }
+
+    /// How polygons are brought to the screen.
+    pub(crate) fn setup(&self) -> Setup<N> {
+        Setup::new(&self.viewport, self.clip_space, self.interpolation)
     }
 
     /// Replaces `planes` by all planes to clip by.
@@ -150,10 +158,10 @@ impl<const N: usize> ScanConverter<N> {
         planes.extend(&self.planes);
     }
 
-    /// Whether all values are known to be affine on a polygon of so many sides. A triangle is flat,
-    /// and stays so when it is clipped; but what is linear on the screen has no linear continuation
+    /// Whether all values are known to be affine on a polygon of so many sides. On a triangle they
+    /// are, also after it was clipped; but what is linear on the screen has no linear continuation
     /// behind the eye.
-    pub(crate) fn is_flat(&self, sides: usize, outcome: Outcome) -> bool {
+    pub(crate) fn is_affine(&self, sides: usize, outcome: Outcome) -> bool {
         let linear = self.interpolation.contains(&Interpolation::Linear);
         sides == 3 && (outcome == Outcome::Inside || !linear)
     }
@@ -207,9 +215,13 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
     #[inline(always)]
     fn fold<B, F: FnMut(B, Span<'a, N>) -> B>(self, init: B, mut f: F) -> B {
         let Self { polygon, runs, columns } = self;
-        runs.fold(init, |result, run| match Span::new(polygon, run, &columns) {
-            Some(span) => f(result, span),
-            None => result,
-        })
+        runs.fold(
+            init,
+            #[inline(always)]
+            |result, run| match Span::new(polygon, run, &columns) {
+                Some(span) => f(result, span),
+                None => result,
+            },
+        )
     }
 }

@@ -6,19 +6,27 @@
 use std::ops::Range;
 
 use crate::edge_table::Run;
-use crate::fragment::{Blocks, Fragments};
+use crate::fragment::Fragments;
 use crate::polygon::ScreenPolygon;
 use crate::project::ScreenParams;
 
 /// A run of covered pixels with what is interpolated along it.
 #[derive(Clone, Debug)]
 pub struct Span<'a, const N: usize> {
-    pub(crate) polygon: &'a ScreenPolygon<N>,
-    /// The run, relative to the viewport, visible or not.
-    run: Run,
+    pub(crate) place: Place<'a, N>,
     /// The columns that are visible, relative to the viewport.
     pub(crate) x: Range<i32>,
     pub(crate) line: Line<N>,
+}
+
+/// Where a fragment comes from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<'a, const N: usize> {
+    pub(crate) polygon: &'a ScreenPolygon<N>,
+    /// The run, relative to the viewport, visible or not: its row, columns and edges.
+    y: i32,
+    x: [i32; 2],
+    edges: [u32; 2],
 }
 
 /// z, s_1 .. s_n and s_{n+1} along a span, in f32: a value at one pixel, and the change per pixel.
@@ -57,53 +65,71 @@ impl<'a, const N: usize> Span<'a, N> {
             return None;
         }
         let line = polygon.line(&run);
-        Some(Self { polygon, run, x, line })
+        let place = Place { polygon, y: run.y, x: [run.x.start, run.x.end], edges: run.edges };
+        Some(Self { place, x, line })
     }
 
     /// The row on the framebuffer.
     #[inline(always)]
     pub fn y(&self) -> i32 {
-        self.polygon.corner.1 + self.run.y
+        self.place.y()
     }
 
     /// The first visible column on the framebuffer.
     #[inline(always)]
     pub(crate) fn column(&self) -> i32 {
-        self.polygon.corner.0 + self.x.start
+        self.place.polygon.corner.0 + self.x.start
     }
 
     /// The columns on the framebuffer; never empty.
     pub fn x(&self) -> Range<i32> {
-        self.polygon.corner.0 + self.x.start..self.polygon.corner.0 + self.x.end
+        let corner = self.place.polygon.corner.0;
+        corner + self.x.start..corner + self.x.end
+    }
+
+    /// The depth of the pixel `offset` columns after the first, the same bits as in its fragment. It
+    /// grows or falls along the span, since rounding keeps the order of products and of sums.
+    #[inline(always)]
+    pub(crate) fn depth_at(&self, offset: i32) -> f32 {
+        let Line { x, at, delta } = &self.line;
+        let (min, max) = self.place.polygon.z;
+        ((self.x.start + offset - x) as f32 * delta.z + at.z).max(min).min(max)
     }
 
     /// z, s_1 .. s_n and s_{n+1} = 1/w at the centre of the first pixel.
     pub fn start(&self) -> ScreenParams<N> {
-        self.per_w(self.polygon.at(self.x.start, &self.run))
+        self.place.per_w(self.place.polygon.at(self.x.start, &self.place.run()))
     }
 
     /// The change of [`start`](Self::start) from one pixel to the next.
     pub fn delta(&self) -> ScreenParams<N> {
-        self.per_w(self.polygon.along(&self.run).1)
+        self.place.per_w(self.place.polygon.along(&self.place.run()).1)
     }
 
     /// The fragments, from left to right: depth, w and parameters of each pixel.
     pub fn fragments(&self) -> Fragments<'_, N> {
         Fragments::new(self)
     }
+}
 
-    /// The pixels in the blocks in which they are evaluated; see [`Blocks::new`].
+impl<const N: usize> Place<'_, N> {
+    /// The row on the framebuffer.
     #[inline(always)]
-    pub(crate) fn blocks(&self, before: usize) -> Blocks<'_, N> {
-        Blocks::new(self, before)
+    pub(crate) fn y(&self) -> i32 {
+        self.polygon.corner.1 + self.y
+    }
+
+    fn run(&self) -> Run {
+        Run { y: self.y, x: self.x[0]..self.x[1], edges: self.edges }
     }
 
     /// The derivatives of the parameters with respect to screen x and y at a column: the quotient
     /// rule for r = s / (1/w).
     pub(crate) fn derivatives(&self, x: i32) -> ([f32; N], [f32; N]) {
-        let at = self.polygon.at(x, &self.run);
-        let dx = self.polygon.along(&self.run).1;
-        let dy = self.polygon.downwards(x, &self.run);
+        let run = self.run();
+        let at = self.polygon.at(x, &run);
+        let dx = self.polygon.along(&run).1;
+        let dy = self.polygon.downwards(x, &run);
         let quotient = |d: &ScreenParams<N>| {
             std::array::from_fn(|i| {
                 let r = if self.polygon.times_w[i] {

@@ -9,7 +9,7 @@ use common::generators::{self, Rng};
 use common::vertices;
 use glam::vec4;
 use polyscan::render::{Over, Plus};
-use polyscan::{DepthSource, DepthTest, Framebuffer, Vertex, Viewport, ZBuffer};
+use polyscan::{DepthSource, DepthTest, Fragment, Framebuffer, Vertex, Viewport, ZBuffer};
 
 const TESTS: [DepthTest; 8] = [
     DepthTest::Never,
@@ -175,7 +175,7 @@ fn a_fragment_knows_its_face() {
     let faces: [&[u32]; 4] = [&[0, 1, 9], &[0, 1, 2, 3], &[1, 2], &[1, 4, 5]];
     let mut frame = frame(u32::MAX);
     let mut renderer = ZBuffer::new(frame.viewport());
-    renderer.draw_mesh(&mut frame, &vertices, faces, |fragment| fragment.face());
+    renderer.draw_mesh(&mut frame, &vertices, faces, Fragment::face);
     assert_eq!(frame.pixel(5, 1).map(|(face, _)| face), Some(1));
     assert_eq!(frame.pixel(12, 1).map(|(face, _)| face), Some(3));
     let by_fragments = frame.clone();
@@ -184,7 +184,7 @@ fn a_fragment_knows_its_face() {
         *colors = [block.face(); polyscan::fragment::LANES];
     });
     assert_eq!(frame, by_fragments);
-    renderer.draw(&mut frame, &square(0.25), |fragment| fragment.face());
+    renderer.draw(&mut frame, &square(0.25), Fragment::face);
     assert!(frame.color().iter().all(|&face| face == 0));
 }
 
@@ -199,7 +199,7 @@ fn blending_is_over_and_plus() {
         renderer.depth_test = DepthTest::Always;
         let mut expected = [0.125f64, 0.25, 0.5, 1.0];
         for _ in 0..6 {
-            let color = layers[rng.below(4) as usize];
+            let color = layers[rng.below(4)];
             let glass = rng.below(2) == 0;
             if glass {
                 renderer.draw(&mut frame, &square(0.5), |_| Over(color.into()));

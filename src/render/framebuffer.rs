@@ -5,7 +5,9 @@ use std::ops::{Add, Mul, Range};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
+use crate::fragment::LANES;
 use crate::project::{Rect, SizeError, Viewport};
+use crate::render::coarse_depth::CoarseDepth;
 #[cfg(not(feature = "parallel"))]
 use crate::render::sequential::*;
 
@@ -95,12 +97,7 @@ impl<C: Copy> Framebuffer<C> {
 
     /// All rows as one band.
     pub(crate) fn band(&mut self) -> Band<'_, C> {
-        Band {
-            first: 0,
-            width: self.width as usize,
-            color: &mut self.color,
-            depth: &mut self.depth,
-        }
+        Band::new(0, self.width as usize, &mut self.color, &mut self.depth)
     }
 }
 
@@ -115,8 +112,7 @@ impl<C: Copy + Send> Framebuffer<C> {
         let len = width * height as usize;
         let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
         bands.enumerate().map(move |(i, (color, depth))| {
-            let first = i as i32 * height as i32;
-            Band { first, width, color, depth }
+            Band::new(i as i32 * height as i32, width, color, depth)
         })
     }
 }
@@ -129,13 +125,65 @@ pub(crate) struct Band<'a, C> {
     width: usize,
     pub(crate) color: &'a mut [C],
     pub(crate) depth: &'a mut [f32],
+    /// Pixels from the beginning of a cache line to the first depth. Memory is faster in whole
+    /// lines.
+    pub(crate) line_offset: usize,
+    /// The coarse depths, where there are any.
+    pub(crate) coarse: Option<&'a mut CoarseDepth>,
 }
 
-impl<C> Band<'_, C> {
+impl<'a, C> Band<'a, C> {
+    fn new(first: i32, width: usize, color: &'a mut [C], depth: &'a mut [f32]) -> Self {
+        let line_offset = depth.as_ptr().addr() / size_of::<f32>() % LANES;
+        Self { first, width, color, depth, line_offset, coarse: None }
+    }
+
     /// Where a row of the framebuffer begins in the band's slices.
     #[inline(always)]
     pub(crate) fn row(&self, y: i32) -> usize {
         (y - self.first) as usize * self.width
+    }
+
+    /// A copy of the pixels of a block that begins at `at`, which may reach out of the band; `None` if
+    /// the band has no pixels.
+    #[cold]
+    pub(crate) fn copy(&self, at: usize) -> Option<([C; LANES], [f32; LANES])>
+    where
+        C: Copy,
+    {
+        let any = *self.color.first()?;
+        let place = |lane: usize| at.wrapping_add(lane);
+        let color = |lane| self.color.get(place(lane)).copied().unwrap_or(any);
+        let depth = |lane| self.depth.get(place(lane)).copied().unwrap_or(0.0);
+        Some((std::array::from_fn(color), std::array::from_fn(depth)))
+    }
+
+    /// Puts back a copy that was changed.
+    #[cold]
+    pub(crate) fn put_back(&mut self, at: usize, colors: &[C; LANES], depths: &[f32; LANES])
+    where
+        C: Copy,
+    {
+        for lane in 0..LANES {
+            let place = at.wrapping_add(lane);
+            if let (Some(color), Some(depth)) =
+                (self.color.get_mut(place), self.depth.get_mut(place))
+            {
+                (*color, *depth) = (colors[lane], depths[lane]);
+            }
+        }
+    }
+
+    /// The row of the framebuffer that the band begins with.
+    #[inline(always)]
+    pub(crate) fn first(&self) -> i32 {
+        self.first
+    }
+
+    /// The number of columns.
+    #[inline(always)]
+    pub(crate) fn width(&self) -> usize {
+        self.width
     }
 
     /// The rows of the framebuffer that it holds.

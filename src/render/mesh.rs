@@ -20,10 +20,11 @@ use rayon::prelude::*;
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome};
+use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome, Volume};
 use crate::edge_table::{EdgeTable, first_centre, signed_area};
-use crate::polygon::ScreenPolygon;
-use crate::project::{FixedPoint, Projected};
+use crate::polygon::{ScreenPolygon, Setup};
+use crate::project::{FixedPoint, Rect};
+use crate::render::coarse_depth::CoarseDepth;
 use crate::render::framebuffer::{Band, Framebuffer};
 #[cfg(not(feature = "parallel"))]
 use crate::render::sequential::*;
@@ -45,8 +46,8 @@ const VERTICES: usize = 4096;
 /// Faces drawn at a time: enough to share among processors, and a bound for the memory.
 const BATCH: usize = 1 << 20;
 
-/// A face with more corners than this, or in more bands, is not copied to bins.
-const SMALL: usize = 4;
+/// A face in more bands than this does not take its vertices along: they would be copied too often.
+const FEW: usize = 4;
 
 /// The memory for drawing meshes.
 #[derive(Clone, Debug, Default)]
@@ -59,11 +60,11 @@ pub(crate) struct MeshScratch<const N: usize> {
 }
 
 /// What is known of a vertex whatever its faces are.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Corner {
-    projected: Projected,
-    /// `None` if the position is not finite.
-    outcode: Option<Outcode>,
+    point: FixedPoint,
+    /// If the position is not finite, one that is not inside, so that the clipper sees it.
+    outcode: Outcode,
 }
 
 /// Lists of indices, end to end.
@@ -87,7 +88,7 @@ impl Faces {
         self.first = self.first.wrapping_add(self.ends.len() as u32);
         self.indices.clear();
         self.ends.clear();
-        while self.ends.len() < BATCH && self.indices.len() < BATCH * SMALL {
+        while self.ends.len() < BATCH && self.indices.len() < 4 * BATCH {
             let Some(face) = faces.next() else { break };
             // A face of 2^32 corners and more is none that could be drawn.
             let end = self.indices.len().saturating_add(face.as_ref().len());
@@ -115,6 +116,7 @@ struct Chunk<const N: usize> {
     clipped: Vec<ClipVertex<N>>,
     clipped_faces: Vec<ClippedFace>,
     clipper: Clipper<N>,
+    corners: Vec<Corner>,
     polygon: Vec<Vertex<N>>,
     outline: Vec<FixedPoint>,
 }
@@ -123,48 +125,30 @@ struct Chunk<const N: usize> {
 #[derive(Clone, Debug, Default)]
 struct Bin<const N: usize> {
     faces: Vec<Binned>,
-    /// The vertices of the small faces, end to end.
-    vertices: Vec<(Vertex<N>, Projected)>,
+    /// The vertices that are carried along, end to end.
+    vertices: Vec<Carried<N>>,
 }
 
-/// A face in a bin: its number in the mesh, its kind, and a number of 30 bits.
+/// A vertex of a small face, with its place on the screen.
+type Carried<const N: usize> = (Vertex<N>, FixedPoint);
+
+/// A face in a bin.
 #[derive(Clone, Copy, Debug)]
 struct Binned {
+    /// Its number in the batch.
     face: u32,
-    kind: u32,
+    kind: Kind,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// So many of the bin's vertices.
-    Copied(usize),
-    /// The batch's face of this number.
-    Whole(usize),
+    /// A triangle or a quad of the bin's next vertices.
+    Triangle,
+    Quad,
+    /// A face whose vertices are those of the mesh.
+    Whole,
     /// The chunk's clipped face of this number.
-    Clipped(usize),
-}
-
-impl Binned {
-    const NUMBER: u32 = (1 << 30) - 1;
-
-    fn copied(face: u32, corners: usize) -> Self {
-        Self { face, kind: corners as u32 }
-    }
-    fn whole(face: u32, number: usize) -> Self {
-        Self { face, kind: 1 << 30 | number as u32 & Self::NUMBER }
-    }
-    fn clipped(face: u32, number: usize) -> Self {
-        Self { face, kind: 2 << 30 | number as u32 & Self::NUMBER }
-    }
-    #[inline(always)]
-    fn kind(self) -> Kind {
-        let number = (self.kind & Self::NUMBER) as usize;
-        match self.kind >> 30 {
-            0 => Kind::Copied(number),
-            1 => Kind::Whole(number),
-            _ => Kind::Clipped(number),
-        }
-    }
+    Clipped(u32),
 }
 
 /// A face that was clipped.
@@ -172,24 +156,28 @@ impl Binned {
 struct ClippedFace {
     /// The end of its vertices in the chunk's list.
     end: u32,
-    /// Whether all its values are affine.
-    flat: bool,
+    /// Whether all its values are known to be affine on it.
+    affine: bool,
 }
 
 /// The memory for drawing one band.
 #[derive(Clone, Debug, Default)]
 struct Worker<const N: usize> {
-    polygon: ScreenPolygon<N>,
+    outline: Vec<FixedPoint>,
     edges: EdgeTable,
+    polygon: ScreenPolygon<N>,
+    coarse: CoarseDepth,
 }
 
 /// A mesh being drawn: everything that is only read from here on.
 struct Job<'a, const N: usize> {
     scan: &'a ScanConverter<N>,
+    setup: Setup<N>,
     level: Level,
     raster: Raster,
     vertices: &'a [Vertex<N>],
     planes: &'a [ClipPlane],
+    volume: Volume<'a>,
     columns: Range<i32>,
     rows: Range<i32>,
 }
@@ -210,10 +198,11 @@ impl<const N: usize> MeshScratch<N> {
             return;
         }
         scan.collect_planes(&mut self.planes);
-        let job = Job { scan, level, raster, vertices, planes: &self.planes, columns, rows };
+        let (setup, planes) = (scan.setup(), &self.planes);
+        let volume = Volume::new(scan.clip_space, &scan.viewport, planes);
+        let job = Job { scan, setup, level, raster, vertices, planes, volume, columns, rows };
 
-        let none = Corner { projected: Projected::default(), outcode: None };
-        self.corners.resize(vertices.len(), none);
+        self.corners.resize(vertices.len(), Corner::default());
         self.corners
             .par_chunks_mut(VERTICES)
             .zip(vertices.par_chunks(VERTICES))
@@ -249,9 +238,14 @@ impl<const N: usize> Job<'_, N> {
         let chunks = &*chunks;
         let parts = frame.par_bands(BAND).zip(first(workers, bands).par_iter_mut());
         parts.enumerate().for_each(|(i, (mut band, worker))| {
+            let mut coarse = std::mem::take(&mut worker.coarse);
+            if self.raster.restart(&mut coarse, &band) {
+                band.coarse = Some(&mut coarse);
+            }
             dispatch!(self.level, simd => for chunk in chunks {
                 self.draw_bin(simd, (corners, faces), chunk, i, worker, &mut band, shader);
             });
+            worker.coarse = coarse;
         });
     }
 
@@ -270,24 +264,49 @@ impl<const N: usize> Job<'_, N> {
     ) {
         let bin = &chunk.bins[band_number];
         let rows = self.rows_within(band.rows());
-        let mut copied = bin.vertices.as_slice();
-        for face in &bin.faces {
-            worker.polygon.face = face.face;
-            let flat = match face.kind() {
-                Kind::Copied(sides) => {
-                    let (vertices, rest) = copied.split_at(sides);
-                    copied = rest;
-                    worker.project_copied(self, vertices)
+        let mut carried = bin.vertices.as_slice();
+        for &Binned { face, kind } in &bin.faces {
+            worker.polygon.face = faces.first.wrapping_add(face);
+            match kind {
+                Kind::Triangle => {
+                    let Some((triangle, rest)) = carried.split_first_chunk() else { return };
+                    carried = rest;
+                    worker.set_up_triangle(self, triangle, &rows);
                 }
-                Kind::Whole(face) => {
-                    let corner =
-                        |&i: &u32| (&self.vertices[i as usize], corners[i as usize].projected);
-                    worker.project(self, faces.get(face).iter().map(corner))
+                Kind::Quad => {
+                    let Some((quad, rest)) = carried.split_first_chunk::<4>() else { return };
+                    carried = rest;
+                    worker.set_up(self, quad.iter().map(|(v, p)| (v, *p)), &rows);
                 }
-                Kind::Clipped(number) => worker.project_clipped(self, chunk.clipped(number)),
-            };
-            self.raster.draw(simd, worker.spans(self, flat, &rows), band, shader);
+                Kind::Whole => {
+                    let corner = |&i: &u32| (&self.vertices[i as usize], corners[i as usize].point);
+                    worker.set_up(self, faces.get(face as usize).iter().map(corner), &rows);
+                }
+                Kind::Clipped(number) => {
+                    worker.set_up_clipped(self, chunk.clipped(number as usize), &rows);
+                }
+            }
+            if self.is_hidden(worker, band, &rows) {
+                continue;
+            }
+            let (polygon, runs) = (&worker.polygon, worker.edges.runs());
+            let spans = Spans { polygon, runs, columns: self.columns.clone() };
+            self.raster.draw(simd, spans, band, shader);
         }
+    }
+
+    /// Whether the coarse depth hides the face that is set up.
+    #[inline(always)]
+    fn is_hidden<C>(&self, worker: &Worker<N>, band: &mut Band<'_, C>, rows: &Range<i32>) -> bool {
+        let first = band.first();
+        let Some(coarse) = &mut band.coarse else { return false };
+        let Some((columns, rows)) = worker.edges.extent(&self.columns, rows) else { return false };
+        let Rect { x, y, .. } = self.scan.viewport.rect();
+        let place = |range: Range<i32>, corner: i32| {
+            (range.start + corner) as usize..(range.end + corner) as usize
+        };
+        let rows = place(rows, y - first);
+        coarse.hides_polygon(band.depth, place(columns, x), rows, worker.polygon.z)
     }
 
     /// Projects vertices.
@@ -295,8 +314,8 @@ impl<const N: usize> Job<'_, N> {
         for (corner, vertex) in corners.iter_mut().zip(vertices) {
             let position = vertex.position.as_dvec4();
             *corner = Corner {
-                projected: Projected::new(position, &self.scan.viewport),
-                outcode: position.is_finite().then(|| Outcode::new(position, self.planes)),
+                point: FixedPoint::project(position, &self.scan.viewport),
+                outcode: self.volume.outcode(position),
             };
         }
     }
@@ -304,7 +323,7 @@ impl<const N: usize> Job<'_, N> {
     /// Sorts a chunk of the faces into bins.
     fn bin(
         &self,
-        all_corners: &[Corner],
+        corners: &[Corner],
         faces: &Faces,
         part: Range<usize>,
         bands: usize,
@@ -313,33 +332,49 @@ impl<const N: usize> Job<'_, N> {
         chunk.clear(bands);
         for face in part {
             let indices = faces.get(face);
-            // A face that has a vertex too far or a position that is not finite has no outcome.
-            let known = indices.iter().all(|&i| {
-                all_corners.get(i as usize).is_some_and(|corner| corner.outcode.is_some())
-            });
-            if !known || indices.len() < 3 {
-                continue;
-            }
-            let corners = indices.iter().map(|&i| &all_corners[i as usize]);
-            match Outcode::outcome(corners.clone().filter_map(|corner| corner.outcode)).0 {
-                Outcome::Outside => {}
-                Outcome::Inside => {
-                    let outline = corners.map(|corner| corner.projected.point);
-                    let Some(bands) = self.bands(outline) else { continue };
-                    if indices.len() > SMALL || bands.len() > SMALL {
-                        chunk.bins[bands].iter_mut().for_each(|bin| {
-                            bin.faces.push(Binned::whole(faces.first + face as u32, face));
-                        });
-                        continue;
-                    }
-                    for bin in &mut chunk.bins[bands] {
-                        bin.faces.push(Binned::copied(faces.first + face as u32, indices.len()));
-                        bin.vertices.extend(indices.iter().map(|&i| {
-                            (self.vertices[i as usize], all_corners[i as usize].projected)
-                        }));
+            // A face that has an index too far is left out.
+            let corner = |i: u32| corners.get(i as usize);
+            match *indices {
+                [a, b, c] => {
+                    if let (Some(a), Some(b), Some(c)) = (corner(a), corner(b), corner(c)) {
+                        self.bin_face(face, indices, &[*a, *b, *c], chunk);
                     }
                 }
-                Outcome::Clipped => self.clip(faces.first + face as u32, indices, chunk),
+                _ => {
+                    let mut known = std::mem::take(&mut chunk.corners);
+                    known.clear();
+                    known.extend(indices.iter().filter_map(|&i| corner(i)));
+                    if known.len() == indices.len() && known.len() >= 3 {
+                        self.bin_face(face, indices, &known, chunk);
+                    }
+                    chunk.corners = known;
+                }
+            }
+        }
+    }
+
+    /// Puts a face into the bins of the bands that it touches.
+    #[inline(always)]
+    fn bin_face(&self, face: usize, indices: &[u32], corners: &[Corner], chunk: &mut Chunk<N>) {
+        match Outcode::outcome(corners.iter().map(|corner| corner.outcode)).0 {
+            Outcome::Outside => return,
+            Outcome::Inside => {}
+            Outcome::Clipped => return self.clip(face as u32, indices, chunk),
+        }
+        let Some(bands) = self.bands(corners, |corner| corner.point) else { return };
+        let bins = &mut chunk.bins[bands];
+        let kind = match corners.len() {
+            3 if bins.len() <= FEW => Kind::Triangle,
+            4 if bins.len() <= FEW => Kind::Quad,
+            _ => Kind::Whole,
+        };
+        for bin in bins {
+            bin.faces.push(Binned { face: face as u32, kind });
+            if !matches!(kind, Kind::Whole) {
+                bin.vertices.reserve(corners.len());
+                for (&i, corner) in indices.iter().zip(corners) {
+                    bin.vertices.push((self.vertices[i as usize], corner.point));
+                }
             }
         }
     }
@@ -355,15 +390,15 @@ impl<const N: usize> Job<'_, N> {
         if outcome == Outcome::Outside {
             return;
         }
-        let project = |v: &ClipVertex<N>| Projected::new(v.position, &self.scan.viewport).point;
+        let project = |v: &ClipVertex<N>| FixedPoint::project(v.position, &self.scan.viewport);
         outline.clear();
         outline.extend(clipper.vertices().iter().map(project));
-        let Some(bands) = self.bands(outline.iter().copied()) else { return };
+        let Some(bands) = self.bands(outline, |point| *point) else { return };
         clipped.extend_from_slice(clipper.vertices());
-        let flat = self.scan.is_flat(indices.len(), outcome);
-        clipped_faces.push(ClippedFace { end: clipped.len() as u32, flat });
-        let number = clipped_faces.len() - 1;
-        chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned::clipped(face, number)));
+        let affine = self.scan.is_affine(indices.len(), outcome);
+        let kind = Kind::Clipped(clipped_faces.len() as u32);
+        clipped_faces.push(ClippedFace { end: clipped.len() as u32, affine });
+        chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned { face, kind }));
     }
 
     /// The rows to visit of those on the framebuffer, relative to the viewport.
@@ -374,19 +409,21 @@ impl<const N: usize> Job<'_, N> {
 
     /// The bands that an outline touches; `None` if it has no pixel in any.
     #[inline(always)]
-    fn bands(&self, outline: impl Iterator<Item = FixedPoint> + Clone) -> Option<Range<usize>> {
-        let extent = |values: &mut dyn Iterator<Item = i32>| {
+    fn bands<V>(&self, outline: &[V], point: impl Fn(&V) -> FixedPoint) -> Option<Range<usize>> {
+        let extent = |coordinate: fn(FixedPoint) -> i32| {
+            let values = outline.iter().map(|v| coordinate(point(v)));
             values.fold((i32::MAX, i32::MIN), |(min, max), v| (min.min(v), max.max(v)))
         };
-        let (left, right) = extent(&mut outline.clone().map(|p| p.x));
-        let (top, bottom) = extent(&mut outline.clone().map(|p| p.y));
+        let (left, right) = extent(|p| p.x);
+        let (top, bottom) = extent(|p| p.y);
         let columns =
             first_centre(left).max(self.columns.start)..first_centre(right).min(self.columns.end);
         let rows = first_centre(top).max(self.rows.start)..first_centre(bottom).min(self.rows.end);
-        if columns.is_empty()
-            || rows.is_empty()
-            || self.scan.cull != Cull::None && self.scan.cull.leaves_out(signed_area(outline))
-        {
+        if columns.is_empty() || rows.is_empty() {
+            return None;
+        }
+        let cull = self.scan.cull;
+        if cull != Cull::None && cull.leaves_out(signed_area(outline, point)) {
             return None;
         }
         let corner = self.scan.viewport.rect().y;
@@ -416,62 +453,49 @@ impl<const N: usize> Chunk<N> {
     /// The vertices of a clipped face, and whether all its values are affine.
     fn clipped(&self, number: usize) -> (&[ClipVertex<N>], bool) {
         let start = if number == 0 { 0 } else { self.clipped_faces[number - 1].end };
-        let ClippedFace { end, flat } = self.clipped_faces[number];
-        (&self.clipped[start as usize..end as usize], flat)
+        let ClippedFace { end, affine } = self.clipped_faces[number];
+        (&self.clipped[start as usize..end as usize], affine)
     }
 }
 
 impl<const N: usize> Worker<N> {
-    /// Projects a face from a bin; the same as [`project`](Self::project). Loops over triangles and
-    /// quads are much faster when the compiler knows that they are.
+    /// Takes a triangle, much the most common face, as far as its edges and planes.
     #[inline(always)]
-    fn project_copied(&mut self, job: &Job<'_, N>, vertices: &[(Vertex<N>, Projected)]) -> bool {
-        match vertices {
-            [a, b, c] => self.project(job, [a, b, c].into_iter().map(|(v, p)| (v, *p))),
-            [a, b, c, d] => self.project(job, [a, b, c, d].into_iter().map(|(v, p)| (v, *p))),
-            _ => self.project(job, vertices.iter().map(|(v, p)| (v, *p))),
-        }
+    fn set_up_triangle(&mut self, job: &Job<'_, N>, face: &[Carried<N>; 3], rows: &Range<i32>) {
+        let [(a, pa), (b, pb), (c, pc)] = face;
+        self.edges.fill_convex(&[*pa, *pb, *pc], rows);
+        let affine = job.scan.is_affine(3, Outcome::Inside);
+        self.polygon.set_up_triangle(&job.setup, [a, b, c], affine);
     }
 
-    /// Projects a face; whether all its values are known to be affine.
-    #[inline(always)]
-    fn project<'v>(
+    /// The same for any face.
+    fn set_up<'v>(
         &mut self,
         job: &Job<'_, N>,
-        face: impl ExactSizeIterator<Item = (&'v Vertex<N>, Projected)> + Clone,
-    ) -> bool {
-        let Job { scan, .. } = job;
-        let sides = face.len();
-        let first = face.clone().next().map(|(vertex, _)| vertex);
-        let vertices = face.map(|(vertex, projected)| {
-            let provoking = first.unwrap_or(vertex);
-            (ClipVertex::from(vertex).flattened(provoking, &scan.interpolation), projected)
-        });
-        self.polygon.project(vertices, &scan.viewport, scan.clip_space, &scan.interpolation);
-        scan.is_flat(sides, Outcome::Inside)
+        face: impl ExactSizeIterator<Item = (&'v Vertex<N>, FixedPoint)> + Clone,
+        rows: &Range<i32>,
+    ) {
+        let affine = job.scan.is_affine(face.len(), Outcome::Inside);
+        let Some((provoking, _)) = face.clone().next() else { return };
+        self.outline.clear();
+        self.outline.extend(face.clone().map(|(_, point)| point));
+        self.edges.fill(&self.outline, rows.clone());
+        let vertices = face.map(|(vertex, _)| job.setup.vertex(vertex, provoking));
+        self.polygon.set_up(&job.setup, vertices, affine);
     }
 
-    /// Projects a clipped face; the same.
-    #[cold]
-    fn project_clipped(
+    /// The same for a clipped face.
+    #[inline(never)]
+    fn set_up_clipped(
         &mut self,
         job: &Job<'_, N>,
-        (vertices, flat): (&[ClipVertex<N>], bool),
-    ) -> bool {
-        let Job { scan, .. } = job;
-        let project = |v: &ClipVertex<N>| (*v, Projected::new(v.position, &scan.viewport));
-        let vertices = vertices.iter().map(project);
-        self.polygon.project(vertices, &scan.viewport, scan.clip_space, &scan.interpolation);
-        flat
-    }
-
-    /// The spans of the projected face in some rows.
-    #[inline(always)]
-    fn spans(&mut self, job: &Job<'_, N>, flat: bool, rows: &Range<i32>) -> Spans<'_, N> {
-        self.edges.fill(self.polygon.outline(), rows.clone());
-        if !self.edges.is_empty() {
-            self.polygon.fit_planes(flat);
-        }
-        Spans { polygon: &self.polygon, runs: self.edges.runs(), columns: job.columns.clone() }
+        (vertices, affine): (&[ClipVertex<N>], bool),
+        rows: &Range<i32>,
+    ) {
+        let project = |v: &ClipVertex<N>| FixedPoint::project(v.position, &job.scan.viewport);
+        self.outline.clear();
+        self.outline.extend(vertices.iter().map(project));
+        self.edges.fill(&self.outline, rows.clone());
+        self.polygon.set_up(&job.setup, vertices.iter().copied(), affine);
     }
 }

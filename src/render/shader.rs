@@ -2,10 +2,11 @@
 
 use std::ops::Add;
 
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use glam::Vec4;
 
 use crate::fragment::{Block, Fragment, FragmentBlock, LANES};
+use crate::polygon::Method;
 
 /// What a shader may return for a pixel of colour `C`: a colour, which replaces the pixel's; an
 /// `Option` of one, where `None` discards the fragment; or a colour in [`Over`] or [`Plus`], which is
@@ -73,16 +74,17 @@ impl<C: Copy + Add<Output = C>> Paint<C> for Plus<C> {
 }
 
 /// All lanes of a block.
-const ALL: u32 = (1 << LANES) - 1;
+pub(crate) const ALL: u32 = (1 << LANES) - 1;
 
 /// What a renderer calls for the visible pixels of a block.
 pub(crate) trait Shader<const N: usize, C> {
     /// Colours the visible lanes, and says which of them were not discarded. `steps` are those of
-    /// [`Block::steps`].
+    /// [`Block::steps`], `method` is that of the polygon.
     fn shade<S: Simd>(
         &self,
-        block: &Block<'_, N>,
+        block: &Block<'_, '_, N>,
         steps: f32x16<S>,
+        method: Method,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
@@ -101,13 +103,14 @@ where
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        block: &Block<'_, N>,
+        block: &Block<'_, '_, N>,
         steps: f32x16<S>,
+        method: Method,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
     ) -> u32 {
-        let fragments = block.fragments(depth, visible, block.params(steps));
+        let fragments = block.fragments(depth, visible, block.params(steps, method));
         let mut drawn = visible;
         let mut shade = |lane: usize| {
             let painted = (self.0)(&fragments.fragment(lane)).paint(&mut colors[lane]);
@@ -139,13 +142,14 @@ where
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        block: &Block<'_, N>,
+        block: &Block<'_, '_, N>,
         steps: f32x16<S>,
+        method: Method,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
     ) -> u32 {
-        let mut fragments = block.fragments(depth, visible, block.params(steps));
+        let mut fragments = block.fragments(depth, visible, block.params(steps, method));
         let mut shaded = *colors;
         (self.0)(&mut fragments, &mut shaded);
         // What the shader made is stored here as a whole: only then does the compiler see that its
@@ -155,10 +159,11 @@ where
         if drawn == ALL {
             *colors = shaded;
         } else {
+            // A loop over three arrays becomes one vector instruction that chooses.
+            let mask = mask32x16::from_bitmask(steps.simd, drawn.into());
+            let (before, mask) = (*colors, <[i32; LANES]>::from(mask));
             for lane in 0..LANES {
-                if drawn >> lane & 1 != 0 {
-                    colors[lane] = shaded[lane];
-                }
+                colors[lane] = if mask[lane] != 0 { shaded[lane] } else { before[lane] };
             }
         }
         drawn
@@ -173,8 +178,9 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        _: &Block<'_, N>,
+        _: &Block<'_, '_, N>,
         _: f32x16<S>,
+        _: Method,
         _: f32x16<S>,
         visible: u32,
         _: &mut [C; LANES],

@@ -3,15 +3,19 @@
 //!
 //! The comparison comes before the reciprocal and the shader, so hidden pixels cost neither.
 
+use std::ops::Range;
+
 use fearless_simd::{
     Level, Select, Simd, SimdBase, SimdFrom, SimdMask, dispatch, f32x16, mask32x16,
 };
 
 use crate::fragment::{Block, Fragment, FragmentBlock, LANES, Lanes};
+use crate::polygon::Method;
 use crate::project::Viewport;
+use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
 use crate::render::framebuffer::{Band, Framebuffer};
 use crate::render::mesh::MeshScratch;
-use crate::render::shader::{DepthOnly, Paint, PerBlock, PerFragment, Shader};
+use crate::render::shader::{ALL, DepthOnly, Paint, PerBlock, PerFragment, Shader};
 use crate::scan::ScanConverter;
 use crate::span::Span;
 use crate::vertex::Vertex;
@@ -227,7 +231,7 @@ impl<const N: usize> ZBuffer<N> {
 }
 
 /// What to do with fragments.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Raster {
     test: DepthTest,
     write: bool,
@@ -235,6 +239,14 @@ pub(crate) struct Raster {
 }
 
 impl Raster {
+    /// Prepares a coarse depth for a band; whether it helps.
+    pub(crate) fn restart<C>(self, coarse: &mut CoarseDepth, band: &Band<'_, C>) -> bool {
+        self.source == DepthSource::Z && coarse.restart(self.test, band.width(), band.rows().len())
+    }
+
+    /// The usual settings, for which the code is specialised.
+    const USUAL: Self = Self { test: DepthTest::Less, write: true, source: DepthSource::Z };
+
     /// Draws spans into a band of the framebuffer that holds all of their rows.
     #[inline(always)]
     pub(crate) fn draw<'a, S: Simd, C: Copy, const N: usize>(
@@ -244,76 +256,168 @@ impl Raster {
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        // Pixels from the beginning of a cache line to the first depth.
-        let line_offset = band.depth.as_ptr().addr() / size_of::<f32>() % LANES;
-        spans.for_each(|span| {
-            let row = band.row(span.y());
-            let first = row.wrapping_add_signed(span.column() as isize);
-            for block in span.blocks(first.wrapping_add(line_offset)) {
-                // Blocks may reach over the sides of the framebuffer: into the next row, whose
-                // pixels they put back, or out of the band.
-                let at = row.wrapping_add_signed(block.column() as isize);
-                let colors = band.color.get_mut(at..).and_then(<[C]>::first_chunk_mut);
-                let depths = band.depth.get_mut(at..).and_then(<[f32]>::first_chunk_mut);
-                if let (Some(colors), Some(depths)) = (colors, depths) {
-                    self.draw_block(simd, &block, colors, depths, shader);
-                } else {
-                    self.draw_at_the_end(simd, &block, at, band, shader);
+        // Only what is inlined is compiled for the level of `simd`.
+        spans.fold(
+            (),
+            #[inline(always)]
+            |(), span| match (self == Self::USUAL, span.place.polygon.method) {
+                (true, Method::Perspective) => {
+                    Self::USUAL.draw_span(simd, &span, Method::Perspective, band, shader);
                 }
-            }
-        });
+                (true, Method::Constant) => {
+                    Self::USUAL.draw_span(simd, &span, Method::Constant, band, shader);
+                }
+                (_, method) => {
+                    // A copy, so that the span itself need not be in memory.
+                    let span = span.clone();
+                    simd.vectorize(
+                        #[inline(always)]
+                        || self.draw_span(simd, &span, method, band, shader),
+                    );
+                }
+            },
+        );
     }
 
-    /// Draws a block that reaches out of the band, on a copy of its pixels.
-    #[cold]
-    fn draw_at_the_end<S: Simd, C: Copy, const N: usize>(
+    /// Draws a span, if it is long without the parts that the coarse depth hides.
+    #[inline(always)]
+    fn draw_span<S: Simd, C: Copy, const N: usize>(
         self,
         simd: S,
-        block: &Block<'_, N>,
+        span: &Span<'_, N>,
+        method: Method,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let in_band = (span.y() - band.first()) as usize;
+        let row = band.row(span.y());
+        let first = span.column() as usize;
+        let columns = first..first + span.x.len();
+        let mut visible = columns.clone();
+        loop {
+            if columns.len() > TILE_WIDTH
+                && let Some(coarse) = &mut band.coarse
+            {
+                let depth = |column: usize| span.depth_at((column - first) as i32);
+                let left = visible.start..columns.end;
+                visible = coarse.next_visible(band.depth, in_band, left, depth);
+            }
+            if !visible.is_empty() {
+                let x = span.x.start + (visible.start - first) as i32;
+                let pixels = row + visible.start..row + visible.end;
+                self.draw_columns(simd, Block { span, x }, pixels, method, band, shader);
+            }
+            if visible.end == columns.end {
+                return;
+            }
+            visible.start = visible.end;
+        }
+    }
+
+    /// Draws a part of a span, whose first column `block` begins with, to these pixels of the band:
+    /// in blocks that begin at cache lines, a first one that may have lanes before the part, then
+    /// whole ones, then what is left.
+    #[inline(always)]
+    fn draw_columns<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        mut block: Block<'_, '_, N>,
+        Range { start, end }: Range<usize>,
+        method: Method,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let before = (start + band.line_offset) % LANES;
+        let mut at = start.wrapping_sub(before);
+        block.x -= before as i32;
+        let mut lanes = ALL << before;
+        loop {
+            let left = end.wrapping_sub(at);
+            if left < LANES {
+                lanes &= ALL >> (LANES - left);
+            }
+            self.draw_part(simd, &block, method, lanes & ALL, at, band, shader);
+            if left <= LANES {
+                break;
+            }
+            at = at.wrapping_add(LANES);
+            block.x += LANES as i32;
+            let whole = at..end - (end - at) % LANES;
+            let colors = band.color.get_mut(whole.clone()).unwrap_or_default();
+            let depths = band.depth.get_mut(whole.clone()).unwrap_or_default();
+            let mut steps = block.steps(simd);
+            let blocks = colors.as_chunks_mut().0.iter_mut().zip(depths.as_chunks_mut().0);
+            for (colors, depths) in blocks {
+                self.draw_block(&block, steps, method, ALL, colors, depths, shader);
+                // Whole numbers, exact in f32.
+                steps += LANES as f32;
+                block.x += LANES as i32;
+            }
+            at = whole.end;
+            if at == end {
+                break;
+            }
+            lanes = ALL;
+        }
+    }
+
+    /// Draws a block that may have lanes outside the span. It may reach over the sides of the
+    /// framebuffer: into the next row, whose pixels are put back, or out of the band.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "all that there is about a block")]
+    fn draw_part<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        block: &Block<'_, '_, N>,
+        method: Method,
+        lanes: u32,
         at: usize,
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        let pixel = |lane: usize| at.wrapping_add(lane);
-        let Some(&any) = band.color.first() else { return };
-        let mut colors =
-            std::array::from_fn(|lane| band.color.get(pixel(lane)).copied().unwrap_or(any));
-        let mut depths =
-            std::array::from_fn(|lane| band.depth.get(pixel(lane)).copied().unwrap_or(0.0));
-        self.draw_block(simd, block, &mut colors, &mut depths, shader);
-        for lane in 0..LANES {
-            if let Some(color) = band.color.get_mut(pixel(lane)) {
-                *color = colors[lane];
+        let steps = block.steps(simd);
+        let colors = band.color.get_mut(at..).and_then(<[C]>::first_chunk_mut);
+        let depths = band.depth.get_mut(at..).and_then(<[f32]>::first_chunk_mut);
+        let mut copy = None;
+        let (colors, depths) = match (colors, depths) {
+            (Some(colors), Some(depths)) => (colors, depths),
+            _ => {
+                let Some(pixels) = band.copy(at) else { return };
+                let (colors, depths) = copy.insert(pixels);
+                (colors, depths)
             }
-            if let Some(depth) = band.depth.get_mut(pixel(lane)) {
-                *depth = depths[lane];
-            }
+        };
+        self.draw_block(block, steps, method, lanes, colors, depths, shader);
+        if let Some((colors, depths)) = &copy {
+            band.put_back(at, colors, depths);
         }
     }
 
     /// The depth test, and if a lane passes, the shader.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "all that there is about a block")]
     fn draw_block<S: Simd, C: Copy, const N: usize>(
         self,
-        simd: S,
-        block: &Block<'_, N>,
+        block: &Block<'_, '_, N>,
+        steps: f32x16<S>,
+        method: Method,
+        lanes: u32,
         colors: &mut [C; LANES],
         depths: &mut Lanes,
         shader: &impl Shader<N, C>,
     ) {
-        let steps = block.steps(simd);
         let depth = match self.source {
             DepthSource::Z => block.depth(steps),
             DepthSource::InverseW => block.inverse_w(steps),
         };
-        let stored = f32x16::simd_from(simd, *depths);
-        let visible = self.test.passes(depth, stored) & block.lanes();
+        let stored = f32x16::simd_from(steps.simd, *depths);
+        let visible = self.test.passes(depth, stored) & lanes;
         if visible == 0 {
             return;
         }
-        let drawn = shader.shade(block, steps, depth, visible, colors);
+        let drawn = shader.shade(block, steps, method, depth, visible, colors);
         if self.write {
-            let drawn = mask32x16::from_bitmask(simd, drawn.into());
+            let drawn = mask32x16::from_bitmask(steps.simd, drawn.into());
             *depths = drawn.select(depth, stored).into();
         }
     }
