@@ -267,6 +267,8 @@ fn texture_names_have_spaces_options_and_backslashes() {
         ("map_Kd   a picture.png  ", 1),
         ("map_Kd\ta picture.png", 1),
         ("map_Kd \"a picture.png\"", 1),
+        ("map_Kd \" a picture.png \"", 1),
+        ("map_Kd ./ a picture.png", 1),
         ("map_Kd -s 1 1 1 a picture.png", 1),
         ("map_Kd -s 2 a picture.png", 1),
         ("map_Kd -bm 0.3 -o 0.5 0.5 -clamp on a picture.png", 1),
@@ -306,11 +308,16 @@ fn materials_share_a_texture_of_the_same_file() {
 fn textures_lie_beside_their_material_file() {
     let files = Files::new()
         .with("model.obj", format!("mtllib looks/my mats.mtl\nusemtl a\n{TRIANGLE}f 1 2 3\n"))
-        .with("looks/my mats.mtl", "newmtl a\nmap_Kd a.png\n")
         .with_picture("looks/a.png");
-    let loaded = files.load("model.obj").expect("a model");
-    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-    assert_eq!(loaded.model.textures.len(), 1);
+    let path = files.path("looks/my mats.mtl");
+    for name in ["a.png", "\"a.png\"", "..\\looks\\a.png", "/looks/../a.png"] {
+        fs::write(&path, format!("newmtl a\nmap_Kd {name}\n")).expect("a file");
+        // A rooted name is looked for beside the OBJ file, where there is none.
+        let expected = usize::from(!name.starts_with('/'));
+        let loaded = files.load("model.obj").expect("a model");
+        assert_eq!(loaded.model.textures.len(), expected, "{name}: {:?}", loaded.warnings);
+        assert_eq!(loaded.warnings.len(), 1 - expected, "{name}: {:?}", loaded.warnings);
+    }
 }
 
 #[test]
@@ -342,6 +349,10 @@ fn looks_that_are_missing_are_warned_of() {
     says("newmtl red\nKd\n", &["model.mtl:2", "here are 0"]);
     says("newmtl red\nmap_Kd -clamp on\n", &["model.mtl:2", "`map_Kd` needs a name"]);
     says("newmtl red\nmap_Kd ..\n", &["model.mtl:2", "`map_Kd` needs a name"]);
+    for nothing in ["\"", "\"\"", "/", "C:", "C:..", "C:\\..", "..\\..", "./."] {
+        let line = format!("newmtl red\nmap_Kd {nothing}\n");
+        says(&line, &["model.mtl:2", "`map_Kd` needs a name"]);
+    }
     says("newmtl\nnewmtl red\n", &["model.mtl:1", "`newmtl` needs a name"]);
     says("newmtl green\n", &["model.obj:2", "no material file defines `red`"]);
 

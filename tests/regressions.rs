@@ -122,3 +122,51 @@ fn a_plane_that_is_not_finite_cuts_nothing() {
     }
     assert!(seen > 0);
 }
+
+/// OBJ files: an MTL file and the pictures it names.
+#[cfg(feature = "obj")]
+mod obj {
+    use std::fs;
+
+    use polyscan::obj::{LineError, Loaded, Model, Warning};
+
+    /// A triangle of the material `a`, with this MTL file, in a folder beside a picture.
+    fn load(mtl: &str) -> Loaded {
+        let folder = tempfile::tempdir().expect("a folder");
+        let inside = folder.path().join("in");
+        fs::create_dir(&inside).expect("a folder");
+        image::RgbImage::new(1, 1).save(folder.path().join("t.png")).expect("a picture");
+        let obj = "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        fs::write(inside.join("m.obj"), obj).expect("a file");
+        // The absolute name of the picture where the text has `@`.
+        let absolute = folder.path().display().to_string();
+        let mtl = mtl.replace('@', &absolute);
+        fs::write(inside.join("m.mtl"), mtl).expect("a file");
+        Model::load(inside.join("m.obj")).expect("a model")
+    }
+
+    /// The parser cuts blanks off the name, found none, and refused the whole file.
+    #[test]
+    fn a_texture_name_of_blanks_does_not_cost_the_materials() {
+        for line in ["map_Kd \" \"", "map_Kd /\u{a0}/", "map_Kd C:\u{a0}\"", "map_Kd ./ /."] {
+            let Loaded { model, warnings } = load(&format!("newmtl a\n{line}\n"));
+            assert_eq!(model.faces_of(1).count(), 1, "{line}: {warnings:?}");
+            let no_name = |warning: &Warning| {
+                let cause = LineError::NoName { keyword: "map_Kd" };
+                matches!(warning, Warning::MaterialLine { line: 2, cause: c, .. } if *c == cause)
+            };
+            assert!(warnings.len() == 1 && no_name(&warnings[0]), "{line}: {warnings:?}");
+        }
+    }
+
+    /// The parser cuts blanks off the name, and the rest led out of the folder.
+    #[test]
+    fn blanks_before_a_texture_name_do_not_lead_out_of_the_folder() {
+        for name in ["\" ../t.png\"", "./ ../t.png", "\" @/t.png\"", "./ @/t.png", ".\\\t..\\t.png"]
+        {
+            let Loaded { model, warnings } = load(&format!("newmtl a\nmap_Kd {name}\n"));
+            assert!(model.textures.is_empty(), "{name}");
+            assert_eq!(warnings.len(), 1, "{name}: {warnings:?}");
+        }
+    }
+}

@@ -8,20 +8,25 @@
 //!     -max_len=600 -timeout=5 -rss_limit_mb=1024
 //! ```
 //!
-//! For `-s none` see the target `scan`.
+//! For `-s none` see the target `scan`. Polygons and meshes are drawn by fragments, by blocks, and
+//! by depth alone.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use polyscan::fragment::LANES;
 use polyscan::{
-    DepthSource, DepthTest, Fragment, Framebuffer, Rect, ScanConverter, Vertex, Viewport, ZBuffer,
+    DepthSource, DepthTest, Fragment, FragmentBlock, Framebuffer, Rect, ScanConverter, Vertex,
+    Viewport, ZBuffer,
 };
 use polyscan_fuzz::{Bytes, N};
 
-/// The largest framebuffer; the columns make more than two blocks.
+/// The largest framebuffer but for tall ones; the columns make more than two blocks.
 const WIDTH: u32 = 41;
 const HEIGHT: u32 = 9;
+
+/// The most pixels of a viewport whose every fragment is looked at.
+const PIXELS: u64 = 1 << 22;
 
 /// What a pixel has: bits, since those are what must agree.
 type Color = [u32; N + 1];
@@ -42,34 +47,38 @@ const TESTS: [DepthTest; 8] = [
 #[derive(Debug)]
 struct Call {
     polygon: Vec<Vertex<N>>,
+    /// The faces, if the vertices are those of a mesh.
+    faces: Option<Vec<Vec<u32>>>,
     depth_test: DepthTest,
     depth_write: bool,
     /// Which fragments are discarded.
     discard: Option<u32>,
-    kind: Kind,
+    by: By,
 }
 
-#[derive(Debug)]
-enum Kind {
-    Polygon,
-    Blocks,
+/// How pixels are shaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum By {
+    Fragment,
+    Block,
     DepthAlone,
-    /// The polygon's vertices as a mesh, and its faces.
-    Mesh(Vec<Vec<u32>>),
 }
 
 impl Call {
     fn new(bytes: &mut Bytes<'_>, viewport: &Viewport) -> Self {
-        let kind = match bytes.byte() {
-            0..0x80 => Kind::Polygon,
-            0x80..0xc0 => Kind::Blocks,
-            0xc0..0xe0 => Kind::DepthAlone,
-            _ => Kind::Mesh((0..bytes.below(4)).map(|_| face(bytes)).collect()),
+        let (is_mesh, by) = match bytes.byte() {
+            0..0x70 => (false, By::Fragment),
+            0x70..0xa0 => (false, By::Block),
+            0xa0..0xb0 => (false, By::DepthAlone),
+            0xb0..0xd0 => (true, By::Fragment),
+            0xd0..0xf0 => (true, By::Block),
+            0xf0..=0xff => (true, By::DepthAlone),
         };
+        let faces = is_mesh.then(|| (0..bytes.below(4)).map(|_| face(bytes)).collect());
         let depth_test = bytes.one_of(TESTS);
         let depth_write = !bytes.once(64);
         let discard = bytes.once(64).then(|| u32::from(bytes.byte()));
-        Self { polygon: bytes.polygon(viewport), depth_test, depth_write, discard, kind }
+        Self { polygon: bytes.polygon(viewport), faces, depth_test, depth_write, discard, by }
     }
 
     /// What the shader makes of a fragment of a picture whose corner is at `corner`.
@@ -91,33 +100,33 @@ impl Call {
         renderer.depth_test = self.depth_test;
         renderer.depth_write = self.depth_write;
         let shader = |fragment: &Fragment<'_, N>| self.shade(fragment, corner);
-        match &self.kind {
-            Kind::Polygon => renderer.draw(frame, &self.polygon, shader),
-            Kind::Blocks => renderer.draw_blocks(frame, &self.polygon, |block, colors| {
-                let visible = block.visible;
-                for lane in (0..LANES).filter(|lane| visible >> lane & 1 == 1) {
-                    match self.shade(&block.fragment(lane), corner) {
-                        Some(color) => colors[lane] = color,
-                        None => block.visible &= !(1 << lane),
-                    }
+        let block_shader = |block: &mut FragmentBlock<'_, N>, colors: &mut [Color; LANES]| {
+            let visible = block.visible;
+            for lane in (0..LANES).filter(|lane| visible >> lane & 1 == 1) {
+                match self.shade(&block.fragment(lane), corner) {
+                    Some(color) => colors[lane] = color,
+                    None => block.visible &= !(1 << lane),
                 }
-            }),
-            Kind::DepthAlone => renderer.draw_depth(frame, &self.polygon),
-            Kind::Mesh(faces) => renderer.draw_mesh(frame, &self.polygon, faces, shader),
+            }
+        };
+        let vertices = &self.polygon;
+        match (&self.faces, self.by) {
+            (None, By::Fragment) => renderer.draw(frame, vertices, shader),
+            (None, By::Block) => renderer.draw_blocks(frame, vertices, block_shader),
+            (None, By::DepthAlone) => renderer.draw_depth(frame, vertices),
+            (Some(faces), By::Fragment) => renderer.draw_mesh(frame, vertices, faces, shader),
+            (Some(faces), By::Block) => {
+                renderer.draw_mesh_blocks(frame, vertices, faces, block_shader);
+            }
+            (Some(faces), By::DepthAlone) => renderer.draw_mesh_depth(frame, vertices, faces),
         }
     }
 
     /// The polygons that the call draws: one, or the faces whose indices are all there.
     fn polygons(&self) -> Vec<Vec<Vertex<N>>> {
-        match &self.kind {
-            Kind::Mesh(faces) => faces
-                .iter()
-                .filter_map(|face| {
-                    face.iter().map(|&i| self.polygon.get(i as usize).copied()).collect()
-                })
-                .collect(),
-            _ => vec![self.polygon.clone()],
-        }
+        let Some(faces) = &self.faces else { return vec![self.polygon.clone()] };
+        let vertex = |&i: &u32| self.polygon.get(i as usize).copied();
+        faces.iter().filter_map(|face| face.iter().map(vertex).collect()).collect()
     }
 
     /// The same as [`draw`](Self::draw), pixel by pixel, by the documentation's words.
@@ -134,7 +143,7 @@ impl Call {
                     if !passes(self.depth_test, fragment.depth, old) {
                         continue;
                     }
-                    if !matches!(self.kind, Kind::DepthAlone) {
+                    if self.by != By::DepthAlone {
                         let Some(color) = self.shade(&fragment, corner) else { continue };
                         frame.color_mut()[index] = color;
                     }
@@ -183,6 +192,14 @@ fn frame(width: u32, height: u32, depth: [f32; 2]) -> Framebuffer<Color> {
     frame
 }
 
+/// The height of a framebuffer: few rows, seldom so many that a mesh is drawn in up to three bands.
+fn height(bytes: &mut Bytes<'_>) -> u32 {
+    match bytes.byte() {
+        tag @ 0xf0.. => 30 + 3 * u32::from(tag - 0xf0),
+        tag => u32::from(tag) % (HEIGHT + 1),
+    }
+}
+
 /// Colour and depth of a pixel, as bits.
 fn pixel(frame: &Framebuffer<Color>, x: u32, y: u32) -> (Color, u32) {
     let (color, depth) = frame.pixel(x, y).expect("inside the frame");
@@ -229,7 +246,7 @@ fn viewport(bytes: &mut Bytes<'_>, size: [u32; 2]) -> Viewport {
 
 fuzz_target!(|data: &[u8]| {
     let bytes = &mut Bytes(data);
-    let size = [bytes.below(WIDTH as usize + 1) as u32, bytes.below(HEIGHT as usize + 1) as u32];
+    let size = [bytes.below(WIDTH as usize + 1) as u32, height(bytes)];
     let depth = if bytes.once(64) { [bytes.number(), bytes.number()] } else { [1.0, 0.5] };
     let viewport = viewport(bytes, size);
     let mut renderer = ZBuffer::new(viewport);
@@ -237,7 +254,8 @@ fuzz_target!(|data: &[u8]| {
     renderer.depth_source =
         bytes.one_of([DepthSource::Z, DepthSource::Z, DepthSource::Z, DepthSource::InverseW]);
     let tile_size = [1 + bytes.below(17) as u32, 1 + bytes.below(HEIGHT as usize) as u32];
-    let tile_corner = [bytes.below(WIDTH as usize) as u32, bytes.below(HEIGHT as usize) as u32];
+    let tile_corner =
+        [bytes.below(WIDTH as usize) as u32, bytes.below(size[1].max(HEIGHT) as usize) as u32];
     let mut calls = Vec::new();
     while calls.len() < 4 && !bytes.is_empty() {
         calls.push(Call::new(bytes, &viewport));
@@ -251,7 +269,10 @@ fuzz_target!(|data: &[u8]| {
     check_outside(&whole, &renderer.scan, depth);
 
     // The same calls in another way: by fragments where those tell all, else once more.
-    let plain = renderer.depth_source == DepthSource::Z && viewport.rect().height <= 64;
+    let Rect { width, height, .. } = viewport.rect();
+    let plain = renderer.depth_source == DepthSource::Z
+        && height <= 100
+        && u64::from(width) * u64::from(height) <= PIXELS;
     for call in &calls {
         if plain {
             call.draw_plainly(&mut renderer.scan, &mut again);

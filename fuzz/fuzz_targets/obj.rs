@@ -10,28 +10,47 @@
 //! For `-s none` see the target `scan`. `TMPDIR` should be in memory, as `/dev/shm` is on Linux. An
 //! input is one byte of settings, the OBJ text, a zero byte, the MTL text, a zero byte, and the
 //! texture's bytes; `model.obj`, `model.mtl` and `t.png` (or `t.tga`) are what the files are called.
-//! Pictures that claim to be large are not written: the limits for those would only cost time.
+//! Pictures that claim to be large are not written: the limits for those would only cost time. In the
+//! folder above lies `secret.png`, which must not be opened.
 
 #![no_main]
 
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::LazyLock;
 
 use image::{ImageFormat, ImageReader};
 use libfuzzer_sys::fuzz_target;
-use polyscan::obj::{Loaded, Loader, Model, ObjError};
+use polyscan::obj::{Loaded, Loader, MAX_LIBRARIES, Model, ObjError, Warning};
+use polyscan::texture::{Texture, TextureError};
 
 /// The most texels of a picture that is tried.
 const TEXELS: u64 = 1 << 14;
 
 /// A folder of this process alone.
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
-    let folder = std::env::temp_dir().join(format!("polyscan-fuzz-{}", std::process::id()));
+    let above = std::env::temp_dir().join(format!("polyscan-fuzz-{}", std::process::id()));
+    let folder = above.join("in");
     std::fs::create_dir_all(&folder).expect("the temporary folder can be written");
+    secret().save(above.join("secret.png")).expect("the temporary folder can be written");
     folder
 });
+
+/// The texels of the picture above the folder.
+static SECRET: LazyLock<Texture> =
+    LazyLock::new(|| Texture::from_image(&secret().into()).expect("a small picture"));
+
+/// A picture that no input happens to hold.
+fn secret() -> image::RgbImage {
+    image::RgbImage::from_fn(9, 9, |x, y| image::Rgb([x as u8 * 27 + 5, y as u8 * 27 + 7, 211]))
+}
+
+thread_local! {
+    /// What the files hold: writing is half of the time, and most inputs change one of them.
+    static WRITTEN: RefCell<HashMap<&'static str, Vec<u8>>> = RefCell::default();
+}
 
 /// Whether a file holds a picture that would be decoded although it is large.
 fn is_large(bytes: &[u8], format: Option<ImageFormat>) -> bool {
@@ -43,13 +62,18 @@ fn is_large(bytes: &[u8], format: Option<ImageFormat>) -> bool {
     size.is_some_and(|(width, height)| u64::from(width) * u64::from(height) > TEXELS)
 }
 
-/// Writes one of the files, empty if it is a large picture.
-fn write(name: &str, bytes: &[u8]) -> PathBuf {
-    let path = FOLDER.join(name);
+/// Sees to it that one of the files holds `bytes`, or nothing if those are a large picture; what it
+/// holds.
+fn write<'a>(name: &'static str, bytes: &'a [u8]) -> &'a [u8] {
     let format = ImageFormat::from_path(name).ok();
     let bytes = if is_large(bytes, format) { &[] } else { bytes };
-    std::fs::write(&path, bytes).expect("the temporary folder can be written");
-    path
+    WRITTEN.with_borrow_mut(|written| {
+        if written.get(name).is_none_or(|before| before != bytes) {
+            std::fs::write(FOLDER.join(name), bytes).expect("the temporary folder can be written");
+            written.insert(name, bytes.to_owned());
+        }
+    });
+    bytes
 }
 
 fn load(path: &Path, settings: u8) -> Result<Loaded, ObjError> {
@@ -81,20 +105,55 @@ fn check(model: &Model) {
         let texels = u64::from(texture.width()) * u64::from(texture.height());
         assert!(texels > 0 && texture.texels().len() as u64 == texels);
         assert!(texture.texels().iter().all(|texel| texel.is_finite()));
+        assert!(texture.texels() != SECRET.texels(), "a picture from the folder above");
     }
+}
+
+/// A file that cannot be read is named, and lies in the folder.
+fn check_warning(warning: &Warning) {
+    use TextureError::{Decode, Read, TooLarge};
+    let path = match warning {
+        Warning::MaterialFile { path, .. }
+        | Warning::Texture {
+            source: Decode { path, .. } | Read { path, .. } | TooLarge { path, .. },
+            ..
+        } => path,
+        _ => return,
+    };
+    let below = path.strip_prefix(&*FOLDER).unwrap_or_else(|_| panic!("{warning}"));
+    assert!(below.components().all(|part| matches!(part, Component::Normal(_))), "{warning}");
+}
+
+/// Whether the files define a material beyond doubt, so that the model must have one: the parser
+/// drops all of them for a line that it does not like.
+fn defines_material(obj: &[u8], mtl: &[u8]) -> bool {
+    let [obj, mtl] = [obj, mtl].map(String::from_utf8_lossy);
+    let has_line = |text: &str, is_wanted: fn(&str) -> bool| {
+        // Backslashes join lines.
+        !text.contains('\\') && text.lines().any(is_wanted)
+    };
+    has_line(&obj, |line| line == "mtllib model.mtl")
+        && has_line(&mtl, |line| line.strip_prefix("newmtl ").is_some_and(|s| !s.trim().is_empty()))
+        && obj.split_whitespace().count() < MAX_LIBRARIES
 }
 
 fuzz_target!(|data: &[u8]| {
     let Some((&settings, files)) = data.split_first() else { return };
     let mut files = files.splitn(3, |&byte| byte == 0);
     let [obj, mtl, picture] = std::array::from_fn(|_| files.next().unwrap_or_default());
-    let path = write("model.obj", obj);
-    write("model.mtl", mtl);
-    write(["t.png", "t.tga"][usize::from(settings >> 7)], picture);
-    match load(&path, settings) {
+    let obj = write("model.obj", obj);
+    let mtl = write("model.mtl", mtl);
+    let (used, unused) = if settings < 0x80 { ("t.png", "t.tga") } else { ("t.tga", "t.png") };
+    write(used, picture);
+    write(unused, &[]);
+    match load(&FOLDER.join("model.obj"), settings) {
         Ok(Loaded { model, warnings }) => {
             check(&model);
-            assert!(warnings.iter().all(|warning| !warning.to_string().is_empty()));
+            assert!(model.materials.len() > 1 || !defines_material(obj, mtl), "{warnings:?}");
+            for warning in &warnings {
+                assert!(!warning.to_string().is_empty());
+                check_warning(warning);
+            }
         }
         // The library has checked all that the parser checks.
         Err(error @ ObjError::Parser { .. }) => panic!("{error}"),

@@ -115,7 +115,7 @@ impl Rewriter {
     }
 
     fn texture(&mut self, folder: &str, rest: &str) -> Result<(), LineError> {
-        let name = without_options(rest);
+        let name = unquoted(without_options(rest));
         let file = if folder.is_empty() || is_rooted(name) {
             inside(name)
         } else {
@@ -157,28 +157,37 @@ fn without_options(mut text: &str) -> &str {
 ///
 /// Backslashes part folders, as on Windows where many files come from. Of a name that leads out of
 /// the folder only the last part remains, since the file has often been copied beside the model.
+///
+/// The path neither begins nor ends with blanks. `tobj` would cut them off, and what was left might
+/// be nothing, or lead out of the folder: as ` /etc` or ` ../wood.png` would.
 fn inside(name: &str) -> String {
-    let name = name.trim_matches('"').replace('\\', "/");
+    let name = unquoted(name).replace('\\', "/");
     let mut outside = is_rooted(&name);
     let mut parts = Vec::new();
     for part in name.split('/') {
-        match part {
+        match part.trim() {
             "" | "." => {}
             ".." => outside |= parts.pop().is_none(),
             _ => parts.push(part),
         }
     }
+    // `./C:/wood.png` is on a drive as well.
+    outside |= parts.first().is_some_and(|first| is_rooted(first.trim()));
     if outside {
-        parts.drain(..parts.len().saturating_sub(1));
         // `C:wood.png` is in the current folder of a drive.
-        parts.iter_mut().for_each(|part| *part = part.rsplit(':').next().unwrap_or(part));
+        let last = parts.pop().and_then(|part| part.rsplit(':').next());
+        parts = last.into_iter().filter(|last| !matches!(last.trim(), "." | "..")).collect();
     }
-    parts.join("/")
+    parts.join("/").trim().to_owned()
 }
 
-/// Whether a name begins at a root or on a drive.
+/// A name without the quotes and blanks around it.
+fn unquoted(name: &str) -> &str {
+    name.trim_matches(|c: char| c == '"' || c.is_whitespace())
+}
+
+/// Whether a name, without quotes, begins at a root or on a drive.
 fn is_rooted(name: &str) -> bool {
-    let name = name.trim_start_matches('"');
     name.starts_with(['/', '\\']) || name.as_bytes().get(1) == Some(&b':')
 }
 
