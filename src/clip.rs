@@ -161,8 +161,7 @@ impl<'a> Volume<'a> {
     pub(crate) fn outcode(&self, position: DVec4) -> Outcode {
         // The same signs as those of the planes' distances.
         let [x, y, z, w] = position.to_array();
-        let inside = w >= W_MIN
-            && w < f64::INFINITY
+        let inside = (W_MIN..f64::INFINITY).contains(&w)
             && (self.near * w..=w).contains(&z)
             && x.abs() <= self.sides[0] * w
             && y.abs() <= self.sides[1] * w;

@@ -27,6 +27,9 @@ pub struct Fragment<'a, const N: usize> {
     pub x: i32,
     /// The row on the framebuffer.
     pub y: i32,
+    /// The number of the polygon among the faces of its mesh, from 0 in the order in which they were
+    /// given; 0 for a polygon that is drawn alone.
+    pub face: u32,
     /// z/w after the viewport's depth range, between the depths of the polygon's vertices.
     pub depth: f32,
     /// The w of clip space, between those of the polygon's vertices.
@@ -37,17 +40,10 @@ pub struct Fragment<'a, const N: usize> {
 }
 
 impl<const N: usize> Fragment<'_, N> {
-    /// The number of the polygon among the faces of its mesh, from 0 in the order in which they were
-    /// given; 0 for a polygon that is drawn alone.
-    #[inline(always)]
-    pub fn face(&self) -> u32 {
-        self.place.polygon.face
-    }
-
     /// The parameters' exact derivatives with respect to screen x (to the right) and screen y
     /// (down), per pixel, from the planes of s and 1/w; no neighbouring pixel is involved.
     pub fn derivatives(&self) -> ([f32; N], [f32; N]) {
-        self.place.derivatives(self.x - self.place.polygon.corner.0)
+        self.place.derivatives(self.x.wrapping_sub(self.place.polygon.corner.0))
     }
 }
 
@@ -99,6 +95,8 @@ pub struct FragmentBlock<'a, const N: usize> {
     pub x: i32,
     /// The row on the framebuffer.
     pub y: i32,
+    /// The number of the polygon, as [`Fragment::face`].
+    pub face: u32,
     /// Which lanes are drawn, a bit a lane, bit 0 for lane 0. The values of other lanes mean
     /// nothing. A shader discards fragments by clearing their bits.
     pub visible: u32,
@@ -112,19 +110,14 @@ pub struct FragmentBlock<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> FragmentBlock<'a, N> {
-    /// The number of the polygon, as [`Fragment::face`].
-    #[inline(always)]
-    pub fn face(&self) -> u32 {
-        self.place.polygon.face
-    }
-
     /// One of the fragments. Lanes from [`LANES`] on are none; they give the last.
     #[inline(always)]
     pub fn fragment(&self, lane: usize) -> Fragment<'a, N> {
         let lane = lane.min(LANES - 1);
         Fragment {
-            x: self.x + lane as i32,
+            x: self.x.wrapping_add(lane as i32),
             y: self.y,
+            face: self.face,
             depth: self.depth[lane],
             w: self.w[lane],
             params: std::array::from_fn(|i| self.params[i][lane]),
@@ -246,6 +239,7 @@ impl<'a, const N: usize> Block<'_, 'a, N> {
         FragmentBlock {
             x: self.column(),
             y: self.span.y(),
+            face: self.span.place.polygon.face,
             visible,
             depth: depth.into(),
             w: params.w,

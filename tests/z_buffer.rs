@@ -9,7 +9,7 @@ use common::generators::{self, Rng};
 use common::vertices;
 use glam::vec4;
 use polyscan::render::{Over, Plus};
-use polyscan::{DepthSource, DepthTest, Fragment, Framebuffer, Vertex, Viewport, ZBuffer};
+use polyscan::{DepthSource, DepthTest, Framebuffer, Vertex, Viewport, ZBuffer};
 
 const TESTS: [DepthTest; 8] = [
     DepthTest::Never,
@@ -175,16 +175,16 @@ fn a_fragment_knows_its_face() {
     let faces: [&[u32]; 4] = [&[0, 1, 9], &[0, 1, 2, 3], &[1, 2], &[1, 4, 5]];
     let mut frame = frame(u32::MAX);
     let mut renderer = ZBuffer::new(frame.viewport());
-    renderer.draw_mesh(&mut frame, &vertices, faces, Fragment::face);
+    renderer.draw_mesh(&mut frame, &vertices, faces, |fragment| fragment.face);
     assert_eq!(frame.pixel(5, 1).map(|(face, _)| face), Some(1));
     assert_eq!(frame.pixel(12, 1).map(|(face, _)| face), Some(3));
     let by_fragments = frame.clone();
     frame.clear(u32::MAX, 1.0);
     renderer.draw_mesh_blocks(&mut frame, &vertices, faces, |block, colors| {
-        *colors = [block.face(); polyscan::fragment::LANES];
+        *colors = [block.face; polyscan::fragment::LANES];
     });
     assert_eq!(frame, by_fragments);
-    renderer.draw(&mut frame, &square(0.25), Fragment::face);
+    renderer.draw(&mut frame, &square(0.25), |fragment| fragment.face);
     assert!(frame.color().iter().all(|&face| face == 0));
 }
 
