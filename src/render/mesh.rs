@@ -21,7 +21,8 @@ use rayon::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome};
-use crate::edge_table::{EdgeTable, first_centre, signed_area};
+use crate::edge_table::{EdgeTable, first_centre, signed_area, signed_area_of};
+use crate::outline::Chain;
 use crate::polygon::ScreenPolygon;
 use crate::project::{FixedPoint, Projected};
 use crate::render::framebuffer::{Band, Framebuffer};
@@ -103,6 +104,8 @@ struct Chunk<const N: usize> {
     bins: Vec<Bin<N>>,
     /// The vertices of the faces that were clipped, end to end.
     clipped: Vec<ClipVertex<N>>,
+    /// Their chains, where they fell into parts.
+    chains: Vec<Chain>,
     clipped_faces: Vec<ClippedFace>,
     clipper: Clipper<N>,
     polygon: Vec<Vertex<N>>,
@@ -159,6 +162,8 @@ impl Binned {
 struct ClippedFace {
     /// The end of its vertices in the chunk's list.
     end: u32,
+    /// The end of its chains.
+    chains_end: u32,
     /// Whether all its values are affine.
     flat: bool,
 }
@@ -258,20 +263,24 @@ impl<const N: usize> Job<'_, N> {
         let rows = self.rows_within(band.rows());
         let mut copied = bin.vertices.as_slice();
         for face in &bin.faces {
-            let flat = match face.kind() {
+            let (flat, chains) = match face.kind() {
                 Kind::Copied(sides) => {
                     let (vertices, rest) = copied.split_at(sides);
                     copied = rest;
-                    worker.project_copied(self, vertices)
+                    (worker.project_copied(self, vertices), [].as_slice())
                 }
                 Kind::Whole(face) => {
                     let corner =
                         |&i: &u32| (&self.vertices[i as usize], corners[i as usize].projected);
-                    worker.project(self, faces.get(face).iter().map(corner))
+                    (worker.project(self, faces.get(face).iter().map(corner)), [].as_slice())
                 }
-                Kind::Clipped(number) => worker.project_clipped(self, chunk.clipped(number)),
+                Kind::Clipped(number) => {
+                    let (vertices, chains, flat) = chunk.clipped(number);
+                    worker.project_clipped(self, vertices);
+                    (flat, chains)
+                }
             };
-            self.raster.draw(simd, worker.spans(self, flat, &rows), band, shader);
+            self.raster.draw(simd, worker.spans(self, flat, chains, &rows), band, shader);
         }
     }
 
@@ -310,7 +319,9 @@ impl<const N: usize> Job<'_, N> {
                 Outcome::Outside => {}
                 Outcome::Inside => {
                     let outline = corners.map(|corner| corner.projected.point);
-                    let Some(bands) = self.bands(outline) else { continue };
+                    let Some(bands) = self.bands(outline.clone(), || signed_area(outline)) else {
+                        continue;
+                    };
                     if indices.len() > SMALL || bands.len() > SMALL {
                         chunk.bins[bands]
                             .iter_mut()
@@ -332,10 +343,10 @@ impl<const N: usize> Job<'_, N> {
     /// Clips a face and notes what is left.
     #[cold]
     fn clip(&self, indices: &[u32], chunk: &mut Chunk<N>) {
-        let Chunk { clipper, polygon, outline, clipped, clipped_faces, .. } = chunk;
+        let Chunk { clipper, polygon, outline, clipped, chains, clipped_faces, .. } = chunk;
         polygon.clear();
         polygon.extend(indices.iter().map(|&i| self.vertices[i as usize]));
-        clipper.load(polygon, &self.scan.interpolation);
+        clipper.load(&*polygon, &self.scan.interpolation);
         let outcome = clipper.clip_to_view(self.planes, &self.scan.interpolation);
         if outcome == Outcome::Outside {
             return;
@@ -343,10 +354,13 @@ impl<const N: usize> Job<'_, N> {
         let project = |v: &ClipVertex<N>| Projected::new(v.position, &self.scan.viewport).point;
         outline.clear();
         outline.extend(clipper.vertices().iter().map(project));
-        let Some(bands) = self.bands(outline.iter().copied()) else { return };
+        let area = || signed_area_of(outline, clipper.chains());
+        let Some(bands) = self.bands(outline.iter().copied(), area) else { return };
         clipped.extend_from_slice(clipper.vertices());
         let flat = self.scan.is_flat(indices.len(), outcome);
-        clipped_faces.push(ClippedFace { end: clipped.len() as u32, flat });
+        chains.extend_from_slice(clipper.chains());
+        let [end, chains_end] = [clipped.len(), chains.len()].map(|end| end as u32);
+        clipped_faces.push(ClippedFace { end, chains_end, flat });
         let number = clipped_faces.len() - 1;
         chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned::clipped(number)));
     }
@@ -357,20 +371,24 @@ impl<const N: usize> Job<'_, N> {
         self.rows.start.max(rows.start - corner)..self.rows.end.min(rows.end - corner)
     }
 
-    /// The bands that an outline touches; `None` if it has no pixel in any.
+    /// The bands that an outline touches; `None` if it has no pixel in any, or is turned away.
     #[inline(always)]
-    fn bands(&self, outline: impl Iterator<Item = FixedPoint> + Clone) -> Option<Range<usize>> {
+    fn bands(
+        &self,
+        outline: impl Iterator<Item = FixedPoint> + Clone,
+        signed_area: impl FnOnce() -> i128,
+    ) -> Option<Range<usize>> {
         let extent = |values: &mut dyn Iterator<Item = i32>| {
             values.fold((i32::MAX, i32::MIN), |(min, max), v| (min.min(v), max.max(v)))
         };
         let (left, right) = extent(&mut outline.clone().map(|p| p.x));
-        let (top, bottom) = extent(&mut outline.clone().map(|p| p.y));
+        let (top, bottom) = extent(&mut outline.map(|p| p.y));
         let columns =
             first_centre(left).max(self.columns.start)..first_centre(right).min(self.columns.end);
         let rows = first_centre(top).max(self.rows.start)..first_centre(bottom).min(self.rows.end);
         if columns.is_empty()
             || rows.is_empty()
-            || self.scan.cull != Cull::None && self.scan.cull.leaves_out(signed_area(outline))
+            || self.scan.cull != Cull::None && self.scan.cull.leaves_out(signed_area())
         {
             return None;
         }
@@ -395,14 +413,17 @@ impl<const N: usize> Chunk<N> {
             bin.vertices.clear();
         }
         self.clipped.clear();
+        self.chains.clear();
         self.clipped_faces.clear();
     }
 
-    /// The vertices of a clipped face, and whether all its values are affine.
-    fn clipped(&self, number: usize) -> (&[ClipVertex<N>], bool) {
-        let start = if number == 0 { 0 } else { self.clipped_faces[number - 1].end };
-        let ClippedFace { end, flat } = self.clipped_faces[number];
-        (&self.clipped[start as usize..end as usize], flat)
+    /// The vertices of a clipped face, its chains, and whether all its values are affine.
+    fn clipped(&self, number: usize) -> (&[ClipVertex<N>], &[Chain], bool) {
+        let before = number.checked_sub(1).map(|before| self.clipped_faces[before]);
+        let (start, chains_start) = before.map_or((0, 0), |face| (face.end, face.chains_end));
+        let ClippedFace { end, chains_end, flat } = self.clipped_faces[number];
+        let vertices = &self.clipped[start as usize..end as usize];
+        (vertices, &self.chains[chains_start as usize..chains_end as usize], flat)
     }
 }
 
@@ -436,24 +457,26 @@ impl<const N: usize> Worker<N> {
         scan.is_flat(sides, Outcome::Inside)
     }
 
-    /// Projects a clipped face; the same.
+    /// Projects a clipped face.
     #[cold]
-    fn project_clipped(
-        &mut self,
-        job: &Job<'_, N>,
-        (vertices, flat): (&[ClipVertex<N>], bool),
-    ) -> bool {
+    fn project_clipped(&mut self, job: &Job<'_, N>, vertices: &[ClipVertex<N>]) {
         let Job { scan, .. } = job;
         let project = |v: &ClipVertex<N>| (*v, Projected::new(v.position, &scan.viewport));
         let vertices = vertices.iter().map(project);
         self.polygon.project(vertices, &scan.viewport, scan.clip_space, &scan.interpolation);
-        flat
     }
 
     /// The spans of the projected face in some rows.
     #[inline(always)]
-    fn spans(&mut self, job: &Job<'_, N>, flat: bool, rows: &Range<i32>) -> Spans<'_, N> {
-        self.edges.fill(self.polygon.outline(), rows.clone());
+    fn spans(
+        &mut self,
+        job: &Job<'_, N>,
+        flat: bool,
+        chains: &[Chain],
+        rows: &Range<i32>,
+    ) -> Spans<'_, N> {
+        self.edges.fill_rule = job.scan.fill_rule;
+        self.edges.fill_outline(self.polygon.outline(), chains, rows.clone());
         if !self.edges.is_empty() {
             self.polygon.fit_planes(flat);
         }
