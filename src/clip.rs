@@ -9,9 +9,29 @@
 //! computed from the inner end point towards the outer one, so the direction in which a polygon
 //! runs along the edge does not matter), and a vertex exactly on a plane is kept as it is.
 //! Arithmetic is f64 throughout, so that clipping by many planes adds no visible error.
+//!
+//! # Outlines that fall into parts
+//!
+//! A concave polygon, or one with holes, may cross a plane more than twice. Sutherland and Hodgman
+//! leave one contour then, its parts joined by edges that run to and fro along the plane: harmless
+//! on paper, but when their ends are rounded to the grid of the screen they do not lie on one line
+//! any more, and slivers open between them. Here the pieces of the outline on the inner side are
+//! closed anew instead. Their ends are sorted along the plane; between each and the next one runs a
+//! single edge that counts as often as the outline winds around the points inside of it, which is
+//! the sum of the ends so far:
+//!
+//! ```text
+//!     inside  |  |    |  |      pieces of the outline, down +1, up -1 at their ends
+//!     --------A--B----C--D---   the plane: edges from A to B and from C to D, none from B to C
+//!     outside
+//! ```
+//!
+//! No two edges run along the same stretch of the plane, so nothing is left to cancel. The result
+//! is a list of [`Chain`]s; the plane's may have any winding.
 
-use glam::{DVec3, DVec4, Vec3Swizzles, Vec4, Vec4Swizzles};
+use glam::{DVec2, DVec3, DVec4, Vec3Swizzles, Vec4, Vec4Swizzles};
 
+use crate::outline::{Chain, Outline};
 use crate::project::Viewport;
 use crate::vertex::{Interpolation, Vertex};
 
@@ -100,6 +120,22 @@ pub enum Clipped<'a, const N: usize> {
     Inside,
     /// What is left of it: at least three vertices, all with w >= [`W_MIN`].
     Polygon(&'a [Vertex<N>]),
+}
+
+/// What clipping made of an outline of any number of contours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClippedOutline<'a, const N: usize> {
+    /// Nothing of it is left.
+    Outside,
+    /// All of it is inside: go on with the outline that was given.
+    Inside,
+    /// What is left of it: vertices, all with w >= [`W_MIN`], joined to [`Chain`]s.
+    Chains {
+        /// The vertices of all chains, end to end.
+        vertices: &'a [Vertex<N>],
+        /// The chains; together they are closed.
+        chains: &'a [Chain],
+    },
 }
 
 /// Which planes a vertex lies outside of: bit 0 for w >= [`W_MIN`], then a bit a plane. Planes from
@@ -231,13 +267,35 @@ pub(crate) enum Outcome {
 #[derive(Clone, Debug)]
 pub struct Clipper<const N: usize> {
     vertices: Vec<ClipVertex<N>>,
+    /// Without chains the vertices are one closed contour.
+    chains: Vec<Chain>,
     next: Vec<ClipVertex<N>>,
+    next_chains: Vec<Chain>,
+    crossings: Vec<Crossing>,
     rounded: Vec<Vertex<N>>,
+}
+
+/// Where a chain of the clipped outline begins or ends on the plane.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    /// The index of the vertex.
+    vertex: usize,
+    /// Where it lies along the plane.
+    place: f64,
+    /// The winding of the chain if it ends here, less that if it begins.
+    change: i32,
 }
 
 impl<const N: usize> Default for Clipper<N> {
     fn default() -> Self {
-        Self { vertices: Vec::new(), next: Vec::new(), rounded: Vec::new() }
+        Self {
+            vertices: Vec::new(),
+            chains: Vec::new(),
+            next: Vec::new(),
+            next_chains: Vec::new(),
+            crossings: Vec::new(),
+            rounded: Vec::new(),
+        }
     }
 }
 
@@ -251,9 +309,10 @@ impl<const N: usize> Clipper<N> {
     ///
     /// The polygon has any number of vertices. A convex one that is cut by k planes keeps at most
     /// k + 1 sides more than it had; one that is not convex may fall apart into pieces joined by
-    /// edges that run to and fro along a plane. A polygon with a position that is not finite, or
-    /// with fewer than three vertices, is outside. Parameters are interpolated in perspective; for
-    /// other ways see [`clip_with`](Self::clip_with).
+    /// edges that run to and fro along a plane, which [`clip_outline`](Self::clip_outline) avoids.
+    /// A polygon with a position that is not finite, or with fewer than three vertices, is outside.
+    /// Parameters are interpolated in perspective; for other ways see
+    /// [`clip_with`](Self::clip_with).
     pub fn clip(&mut self, polygon: &[Vertex<N>], planes: &[ClipPlane]) -> Clipped<'_, N> {
         self.clip_with(polygon, planes, &[Interpolation::Perspective; N])
     }
@@ -268,30 +327,115 @@ impl<const N: usize> Clipper<N> {
         interpolation: &[Interpolation; N],
     ) -> Clipped<'_, N> {
         self.load(polygon, interpolation);
-        match self.clip_vertices(planes, interpolation) {
+        match self.clip_vertices(planes, interpolation, Parts::Joined) {
             Outcome::Outside => Clipped::Outside,
             Outcome::Inside => Clipped::Inside,
             Outcome::Clipped => {
-                self.rounded.clear();
-                self.rounded.extend(self.vertices.iter().map(|v| Vertex {
-                    position: v.position.as_vec4(),
-                    params: v.params.map(|r| r as f32),
-                }));
+                self.round();
                 Clipped::Polygon(&self.rounded)
             }
         }
     }
 
-    /// Takes a polygon in; one that cannot be drawn (see [`clip`](Self::clip)) leaves none.
-    pub(crate) fn load(&mut self, polygon: &[Vertex<N>], interpolation: &[Interpolation; N]) {
-        self.vertices.clear();
-        if polygon.len() < 3 || !polygon.iter().all(|v| v.position.is_finite()) {
-            return;
+    /// The part of an outline on the inner side of all `planes`, with w >= [`W_MIN`]. Unlike
+    /// [`clip`](Self::clip) it takes several contours, and the pieces into which the outline may
+    /// fall are not joined: they are [`Chain`]s, ready for
+    /// [`EdgeTable::fill_chains`](crate::edge_table::EdgeTable::fill_chains) once their vertices
+    /// are projected.
+    ///
+    /// The sides of a planar outline, and the lines along which it was cut before, cross each plane
+    /// once. So with n sides and k planes there are at most (k + 1) (n + k) edges in the end.
+    ///
+    /// ```
+    /// use glam::vec4;
+    /// use polyscan::clip::{ClippedOutline, Clipper};
+    /// use polyscan::{ClipPlane, Vertex};
+    ///
+    /// let square = |size: f32| {
+    ///     [(-size, -size), (size, -size), (size, size), (-size, size)]
+    ///         .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []))
+    /// };
+    /// let mut hole = square(0.5);
+    /// hole.reverse();
+    /// let mut clipper = Clipper::new();
+    /// let right_half = ClipPlane::new(vec4(1.0, 0.0, 0.0, 0.0));
+    /// let clipped =
+    ///     clipper.clip_outline(&[square(1.0), hole], &[right_half], &[Default::default(); 0]);
+    /// let ClippedOutline::Chains { chains, .. } = clipped else {
+    ///     panic!("the plane cuts the square");
+    /// };
+    /// // A half of each contour, and an edge above and one below the hole.
+    /// assert_eq!(chains.len(), 4);
+    /// ```
+    pub fn clip_outline(
+        &mut self,
+        outline: &(impl Outline<N> + ?Sized),
+        planes: &[ClipPlane],
+        interpolation: &[Interpolation; N],
+    ) -> ClippedOutline<'_, N> {
+        self.load(outline, interpolation);
+        match self.clip_vertices(planes, interpolation, Parts::Apart) {
+            Outcome::Outside => ClippedOutline::Outside,
+            Outcome::Inside => ClippedOutline::Inside,
+            Outcome::Clipped => {
+                self.close_contour();
+                self.round();
+                ClippedOutline::Chains { vertices: &self.rounded, chains: &self.chains }
+            }
         }
-        let provoking = &polygon[0];
-        let vertices =
-            polygon.iter().map(|v| ClipVertex::from(v).flattened(provoking, interpolation));
-        self.vertices.extend(vertices);
+    }
+
+    /// Takes an outline in; one that cannot be drawn (see [`clip`](Self::clip)) leaves nothing.
+    #[inline]
+    pub(crate) fn load(
+        &mut self,
+        outline: &(impl Outline<N> + ?Sized),
+        interpolation: &[Interpolation; N],
+    ) {
+        self.vertices.clear();
+        self.chains.clear();
+        let mut provoking = None;
+        for contour in outline.contours() {
+            if !contour.iter().all(|v| v.position.is_finite()) {
+                self.vertices.clear();
+                self.chains.clear();
+                return;
+            }
+            if contour.len() < 3 {
+                continue;
+            }
+            let provoking = *provoking.get_or_insert(&contour[0]);
+            let vertex = |v| ClipVertex::from(v).flattened(provoking, interpolation);
+            if self.vertices.is_empty() {
+                self.vertices.extend(contour.iter().map(vertex));
+            } else {
+                self.close_contour();
+                self.vertices.extend(contour.iter().chain(&contour[..1]).map(vertex));
+                self.chains.push(Chain { end: self.vertices.len(), winding: 1 });
+            }
+        }
+    }
+
+    /// Turns one contour into a chain.
+    fn close_contour(&mut self) {
+        if self.chains.is_empty() {
+            self.vertices.extend_from_within(..self.vertices.len().min(1));
+            self.chains.push(Chain { end: self.vertices.len(), winding: 1 });
+        }
+    }
+
+    /// The number of sides of the loaded polygon if it has one contour; 0 if it has more.
+    pub(crate) fn sides(&self) -> usize {
+        if self.chains.is_empty() { self.vertices.len() } else { 0 }
+    }
+
+    /// Rounds what clipping has left to f32.
+    fn round(&mut self) {
+        self.rounded.clear();
+        self.rounded.extend(self.vertices.iter().map(|v| Vertex {
+            position: v.position.as_vec4(),
+            params: v.params.map(|r| r as f32),
+        }));
     }
 
     /// The polygon in working precision, after [`load`](Self::load) and
@@ -300,24 +444,38 @@ impl<const N: usize> Clipper<N> {
         &self.vertices
     }
 
+    /// The chains of these vertices; none if they are one contour.
+    pub(crate) fn chains(&self) -> &[Chain] {
+        &self.chains
+    }
+
     /// Clips the loaded polygon in place.
-    pub(crate) fn clip_vertices(
+    fn clip_vertices(
         &mut self,
         planes: &[ClipPlane],
         interpolation: &[Interpolation; N],
+        parts: Parts,
     ) -> Outcome {
         let codes = self.vertices.iter().map(|v| Outcode::new(v.position, planes));
         let (outcome, any) = Outcode::outcome(codes);
         if outcome != Outcome::Clipped || self.vertices.is_empty() {
             return if self.vertices.is_empty() { Outcome::Outside } else { outcome };
         }
+        // Eight times the vertices that a planar outline may get, two for an edge: see
+        // `clip_outline`. Where many planes cut an outline that is far from planar, its vertices may
+        // multiply without end, and it is left out.
+        let cuts = planes.len() + 2;
+        let limit = (16 * cuts).saturating_mul(self.vertices.len() + cuts);
         if any.0 & 1 != 0 {
             let settle = |position: &mut DVec4| position.w = W_MIN;
-            self.clip_by(|position| position.w - W_MIN, settle, interpolation);
+            self.clip_by(|position| position.w - W_MIN, settle, interpolation, parts);
         }
         for (_, plane) in planes.iter().enumerate().filter(|&(i, _)| any.has(i)) {
             let distance = |position| plane.distance(position);
-            self.clip_by(distance, |position| plane.settle(position), interpolation);
+            self.clip_by(distance, |position| plane.settle(position), interpolation, parts);
+            if self.vertices.len() > limit {
+                return Outcome::Outside;
+            }
         }
         if self.vertices.len() < 3 { Outcome::Outside } else { Outcome::Clipped }
     }
@@ -332,7 +490,7 @@ impl<const N: usize> Clipper<N> {
         if self.is_edge_on_at_eye() {
             return Outcome::Outside;
         }
-        self.clip_vertices(planes, interpolation)
+        self.clip_vertices(planes, interpolation, Parts::Apart)
     }
 
     /// Whether the loaded polygon reaches the eye, or behind it, in a plane that runs through the
@@ -354,22 +512,45 @@ impl<const N: usize> Clipper<N> {
         rays().all(|c| c.dot(normal).abs() <= ROUNDING * c.abs().dot(size))
     }
 
-    /// Sutherland and Hodgman's step: keeps the part of the polygon where `distance` is not
-    /// negative. `settle` moves a new vertex exactly to where the distance is 0.
+    /// Keeps the part of the polygon where `distance` is not negative. `settle` moves a new vertex
+    /// exactly to where the distance is 0.
     fn clip_by(
         &mut self,
         distance: impl Fn(DVec4) -> f64,
         settle: impl Fn(&mut DVec4),
         interpolation: &[Interpolation; N],
+        parts: Parts,
     ) {
-        self.next.clear();
         let cut = |inner: &ClipVertex<N>, outer: &ClipVertex<N>, t| {
             let mut vertex = between(inner, outer, t, interpolation);
             settle(&mut vertex.position);
             vertex
         };
-        let Some(first) = self.vertices.first() else { return };
+        if self.chains.is_empty() {
+            let in_one = self.clip_contour_by(&distance, cut);
+            if in_one || parts == Parts::Joined {
+                std::mem::swap(&mut self.vertices, &mut self.next);
+                return;
+            }
+            self.close_contour();
+        }
+        self.clip_chains_by(distance, cut);
+        std::mem::swap(&mut self.vertices, &mut self.next);
+        std::mem::swap(&mut self.chains, &mut self.next_chains);
+    }
+
+    /// Sutherland and Hodgman's step; whether the contour stays in one part. Then it crosses or
+    /// touches the plane in no more than two places, and a single edge along the plane closes it.
+    fn clip_contour_by(
+        &mut self,
+        distance: impl Fn(DVec4) -> f64,
+        cut: impl Fn(&ClipVertex<N>, &ClipVertex<N>, f64) -> ClipVertex<N>,
+    ) -> bool {
+        self.next.clear();
+        let Some(first) = self.vertices.first() else { return true };
         let mut da = distance(first.position);
+        // How often the contour changes sides, vertices on the plane counted to the one or the other.
+        let (mut closed_changes, mut open_changes) = (0, 0);
         let ends = self.vertices.iter().skip(1).chain([first]);
         for (a, b) in self.vertices.iter().zip(ends) {
             let db = distance(b.position);
@@ -381,10 +562,134 @@ impl<const N: usize> Clipper<N> {
             } else if da < 0.0 && db > 0.0 {
                 self.next.push(cut(b, a, db / (db - da)));
             }
+            closed_changes += usize::from((da >= 0.0) != (db >= 0.0));
+            open_changes += usize::from((da > 0.0) != (db > 0.0));
             da = db;
         }
-        std::mem::swap(&mut self.vertices, &mut self.next);
+        closed_changes.max(open_changes) <= 2
     }
+
+    /// Clips the chains to `next` and `next_chains`: see the module's text.
+    #[cold]
+    fn clip_chains_by(
+        &mut self,
+        distance: impl Fn(DVec4) -> f64,
+        cut: impl Fn(&ClipVertex<N>, &ClipVertex<N>, f64) -> ClipVertex<N>,
+    ) {
+        self.next.clear();
+        self.next_chains.clear();
+        self.crossings.clear();
+        let mut start = 0;
+        for &Chain { end, winding } in &self.chains {
+            let mut pieces = Pieces {
+                vertices: &mut self.next,
+                chains: &mut self.next_chains,
+                crossings: &mut self.crossings,
+                winding,
+                is_open: false,
+            };
+            let chain = &self.vertices[start..end];
+            let mut da = chain.first().map_or(0.0, |a| distance(a.position));
+            for (a, b) in chain.iter().zip(chain.iter().skip(1)) {
+                let db = distance(b.position);
+                // An edge in the plane is left out: the edges along the plane take its place.
+                if da > 0.0 || db > 0.0 {
+                    let start = if da < 0.0 { cut(b, a, db / (db - da)) } else { *a };
+                    let end = if db < 0.0 { cut(a, b, da / (da - db)) } else { *b };
+                    pieces.add([start, end], [da <= 0.0, db <= 0.0]);
+                }
+                da = db;
+            }
+            pieces.end();
+            start = end;
+        }
+        self.close_along_plane();
+    }
+
+    /// Joins the ends of the pieces along the plane.
+    fn close_along_plane(&mut self) {
+        let Self { next: vertices, next_chains: chains, crossings, .. } = self;
+        sort_along_plane(vertices, crossings);
+        let mut winding = 0i32;
+        for (i, crossing) in crossings.iter().enumerate() {
+            winding = crossing.change.wrapping_add(winding);
+            let Some(after) = crossings.get(i + 1) else { break };
+            let (a, b) = (vertices[crossing.vertex], vertices[after.vertex]);
+            if winding != 0 && a.position != b.position {
+                vertices.extend([a, b]);
+                chains.push(Chain { end: vertices.len(), winding });
+            }
+        }
+    }
+}
+
+/// How the parts are left into which a contour falls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Parts {
+    /// In one contour, by edges to and fro.
+    Joined,
+    /// As chains.
+    Apart,
+}
+
+/// The pieces of a chain on the inner side of a plane.
+struct Pieces<'a, const N: usize> {
+    vertices: &'a mut Vec<ClipVertex<N>>,
+    chains: &'a mut Vec<Chain>,
+    crossings: &'a mut Vec<Crossing>,
+    winding: i32,
+    is_open: bool,
+}
+
+impl<const N: usize> Pieces<'_, N> {
+    /// Adds the next edge, and whether its start and its end lie on the plane: there pieces begin
+    /// and end.
+    fn add(&mut self, [start, end]: [ClipVertex<N>; 2], [starts, ends]: [bool; 2]) {
+        if !self.is_open {
+            self.vertices.push(start);
+            self.is_open = true;
+        }
+        if starts {
+            self.cross(self.winding.wrapping_neg());
+        }
+        self.vertices.push(end);
+        if ends {
+            self.cross(self.winding);
+            self.end();
+        }
+    }
+
+    /// Notes that the last vertex lies on the plane.
+    fn cross(&mut self, change: i32) {
+        self.crossings.push(Crossing { vertex: self.vertices.len() - 1, place: 0.0, change });
+    }
+
+    /// Ends the piece, if there is one.
+    fn end(&mut self) {
+        if std::mem::take(&mut self.is_open) {
+            self.chains.push(Chain { end: self.vertices.len(), winding: self.winding });
+        }
+    }
+}
+
+/// Sorts crossings with a plane along the line in which it cuts the polygon's own plane, as it is
+/// seen on the screen: by x/w or y/w, whichever varies more. All w are positive here.
+fn sort_along_plane<const N: usize>(vertices: &[ClipVertex<N>], crossings: &mut [Crossing]) {
+    let on_screen = |crossing: &Crossing| {
+        let position = vertices[crossing.vertex].position;
+        position.xy() / position.w
+    };
+    let (min, max) = crossings
+        .iter()
+        .map(on_screen)
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), place| {
+            (min.min(place), max.max(place))
+        });
+    let axis = usize::from(max.y - min.y > max.x - min.x);
+    for crossing in crossings.iter_mut() {
+        crossing.place = on_screen(crossing)[axis];
+    }
+    crossings.sort_unstable_by(|a, b| a.place.total_cmp(&b.place).then(a.vertex.cmp(&b.vertex)));
 }
 
 /// The vertex at `t` of the way from the inner end of an edge to the outer one.

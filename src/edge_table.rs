@@ -17,14 +17,56 @@
 //! end and above its lower end. In such a row the edge stands before pixel column x: the first one
 //! whose centre is at or to the right of the edge. Edges are kept sorted by first row; those that
 //! cross the current row are active. A convex outline has at most two of them, so it takes a short
-//! path; any other outline may have more, and more than one run a row.
+//! path; any other outline may have more, and more than one run a row. What is inside there, a
+//! [`FillRule`] says.
 
 use std::ops::Range;
 
+use crate::outline::Chain;
 use crate::project::{FixedPoint, SUBPIXELS};
 
 /// The distance from a pixel's corner to its centre, in subpixels.
 const HALF: i64 = SUBPIXELS as i64 / 2;
+
+/// What is inside an outline, by its winding number: how often it runs around a point, one
+/// direction counted up and the other down.
+///
+/// ```
+/// use glam::vec4;
+/// use polyscan::{FillRule, ScanConverter, Vertex, Viewport};
+///
+/// // A square around another, both in the same direction.
+/// let square = |size: f32| {
+///     [(-size, -size), (size, -size), (size, size), (-size, size)]
+///         .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []))
+/// };
+/// let squares = [square(1.0), square(0.5)];
+/// let mut scan = ScanConverter::new(Viewport::new(4, 4)?);
+/// for (rule, pixels) in [(FillRule::NonZero, 16), (FillRule::EvenOdd, 12)] {
+///     scan.fill_rule = rule;
+///     assert_eq!(scan.spans(&squares).map(|span| span.x().len()).sum::<usize>(), pixels);
+/// }
+/// # Ok::<(), polyscan::SizeError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum FillRule {
+    /// Where the number is not 0. A contour makes a hole if it runs in the other direction than the
+    /// one around it.
+    #[default]
+    NonZero,
+    /// Where the number is odd. A contour makes a hole whatever its direction.
+    EvenOdd,
+}
+
+impl FillRule {
+    #[inline(always)]
+    fn is_inside(self, winding: i32) -> bool {
+        match self {
+            Self::NonZero => winding != 0,
+            Self::EvenOdd => winding & 1 != 0,
+        }
+    }
+}
 
 /// An edge of an outline: the column it stands before, stepped from row to row by Bresenham's
 /// method, without rounding.
@@ -39,7 +81,7 @@ struct Edge {
     /// The step to the next row: whole pixels to the right and what is left over, 0 <= .. < `unit`.
     step: (i32, i64),
     unit: i64,
-    /// +1 for an edge that runs down, -1 for one that runs up.
+    /// +1 for an edge that runs down, -1 for one that runs up; times the winding of its chain.
     winding: i32,
     /// Which edge of the outline this is.
     index: u32,
@@ -132,6 +174,34 @@ pub(crate) fn signed_area<V>(outline: &[V], point: impl Fn(&V) -> FixedPoint) ->
     }
 }
 
+/// The same for the chains of an outline; without any it is one contour.
+pub(crate) fn signed_area_of(outline: &[FixedPoint], chains: &[Chain]) -> i128 {
+    if chains.is_empty() {
+        return signed_area(outline, |point| *point);
+    }
+    let Some(&o) = outline.first() else { return 0 };
+    // All chains together are closed, so any point will do as the origin.
+    let from_o = |p: &FixedPoint| (i64::from(p.x - o.x), i64::from(p.y - o.y));
+    let cross = |(a, b): ((i64, i64), (i64, i64))| i128::from(a.0 * b.1 - b.0 * a.1);
+    chain_edges(outline, chains)
+        .map(|(a, b, _, winding)| i128::from(winding) * cross((from_o(a), from_o(b))))
+        .sum()
+}
+
+/// The edges of chains: both ends, the index of the first one, and the winding.
+fn chain_edges<'a>(
+    points: &'a [FixedPoint],
+    chains: &'a [Chain],
+) -> impl Iterator<Item = (&'a FixedPoint, &'a FixedPoint, u32, i32)> {
+    let mut start = 0;
+    chains.iter().flat_map(move |&Chain { end, winding }| {
+        let first = std::mem::replace(&mut start, end);
+        let points = points.get(first..end).unwrap_or_default();
+        let edges = points.iter().zip(points.iter().skip(1)).zip(first as u32..);
+        edges.map(move |((a, b), index)| (a, b, index, winding))
+    })
+}
+
 /// A run of pixels in one row, between two edges of the outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
@@ -158,6 +228,8 @@ pub struct Run {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct EdgeTable {
+    /// What is inside the outline.
+    pub fill_rule: FillRule,
     edges: Vec<Edge>,
     active: Vec<Edge>,
     /// The outline, if it is convex: it needs no table.
@@ -171,8 +243,8 @@ impl EdgeTable {
         Self::default()
     }
 
-    /// Replaces the edges by those of a closed outline, as far as they cross the given rows. The
-    /// outline may be concave or cross itself: what it winds around is inside (the non-zero rule).
+    /// Replaces the edges by those of one closed contour, as far as they cross the given rows. It
+    /// may be concave or cross itself: the [`fill_rule`](Self::fill_rule) says what is inside.
     /// Positions must lie within 2^26 subpixels of the origin, which is what the guard band
     /// grants; the time does not depend on how many rows or columns lie outside.
     pub fn fill(&mut self, outline: &[FixedPoint], rows: Range<i32>) {
@@ -196,6 +268,52 @@ impl EdgeTable {
         self.convex.clear();
         self.convex.extend_from_slice(outline);
         self.rows = rows.clone();
+    }
+
+    /// The same with an outline of any number of contours, as [`Chain`]s: edge k goes from point k
+    /// to the next one, unless a chain ends at k.
+    ///
+    /// ```
+    /// use polyscan::edge_table::EdgeTable;
+    /// use polyscan::outline::Chain;
+    /// use polyscan::project::FixedPoint;
+    ///
+    /// // A square of 4 pixels, and one of 2 in its middle that takes it back.
+    /// let square = |from: i32, to: i32| {
+    ///     [(from, from), (to, from), (to, to), (from, to), (from, from)]
+    ///         .map(|(x, y)| FixedPoint { x: x * 256, y: y * 256 })
+    /// };
+    /// let points = [square(0, 4), square(1, 3)].concat();
+    /// let chains = [Chain { end: 5, winding: 1 }, Chain { end: 10, winding: -1 }];
+    /// let mut table = EdgeTable::new();
+    /// table.fill_chains(&points, &chains, 1..2);
+    /// let runs: Vec<_> = table.runs().map(|run| run.x).collect();
+    /// assert_eq!(runs, [0..1, 3..4]);
+    /// ```
+    pub fn fill_chains(&mut self, points: &[FixedPoint], chains: &[Chain], rows: Range<i32>) {
+        self.convex.clear();
+        self.edges.clear();
+        self.edges.extend(chain_edges(points, chains).filter_map(|(&a, &b, index, winding)| {
+            let mut edge = Edge::new(a, b, index, &rows)?;
+            edge.winding = edge.winding.wrapping_mul(winding);
+            Some(edge)
+        }));
+        self.edges.sort_unstable_by_key(|edge| (edge.rows.0, edge.index));
+    }
+
+    /// The one or the other: without chains the outline is one contour.
+    #[inline(always)]
+    pub(crate) fn fill_outline(
+        &mut self,
+        outline: &[FixedPoint],
+        chains: &[Chain],
+        rows: Range<i32>,
+    ) {
+        if chains.is_empty() {
+            self.fill(outline, rows);
+        } else {
+            self.fill_chains(outline, chains, rows);
+        }
     }
 
     /// Whether no row is crossed.
@@ -224,7 +342,11 @@ impl EdgeTable {
     pub fn runs(&mut self) -> Runs<'_> {
         if !self.edges.is_empty() {
             self.active.clear();
-            return Runs(Kind::Any(ActiveEdges::new(self.edges.iter(), &mut self.active)));
+            return Runs(Kind::Any(ActiveEdges::new(
+                self.edges.iter(),
+                &mut self.active,
+                self.fill_rule,
+            )));
         }
         Runs(Kind::Convex(ActivePair::new(&self.convex, &self.rows)))
     }
@@ -289,12 +411,12 @@ impl Iterator for Runs<'_> {
     }
 }
 
-/// The two active edges of a convex outline, left and right. Each is one of a chain that leads from
-/// the outline's top to its bottom; when it ends, the next of the chain takes its place.
+/// The two active edges of a convex outline, left and right. Each is one of the edges that lead from
+/// the outline's top to its bottom on one side; when it ends, the next one takes its place.
 #[derive(Debug)]
 struct ActivePair<'a> {
-    left: Chain<'a>,
-    right: Chain<'a>,
+    left: Side<'a>,
+    right: Side<'a>,
     /// `None` when the last row is done.
     active: Option<[Edge; 2]>,
     /// The row after the last.
@@ -303,15 +425,15 @@ struct ActivePair<'a> {
 
 /// The vertices of a convex outline in the order in which one of its sides runs down.
 #[derive(Debug)]
-struct Chain<'a> {
+struct Side<'a> {
     outline: &'a [FixedPoint],
     rows: Range<i32>,
-    /// The vertex that the chain has come to.
+    /// The vertex that has been reached.
     at: usize,
     forward: bool,
 }
 
-impl Chain<'_> {
+impl Side<'_> {
     /// The next edge that crosses a row.
     #[inline(always)]
     fn next_edge(&mut self) -> Option<Edge> {
@@ -339,7 +461,7 @@ impl<'a> ActivePair<'a> {
     #[inline(always)]
     fn new(outline: &'a [FixedPoint], rows: &Range<i32>) -> Self {
         let area = signed_area(outline, |point| *point);
-        let chain = |at, forward| Chain { outline, rows: rows.clone(), at, forward };
+        let side = |at, forward| Side { outline, rows: rows.clone(), at, forward };
         let mut top = 0;
         let mut bottom = i32::MIN;
         for (k, point) in outline.iter().enumerate() {
@@ -349,7 +471,7 @@ impl<'a> ActivePair<'a> {
             bottom = bottom.max(point.y);
         }
         // Clockwise means that the side that runs down forward is on the right.
-        let (mut left, mut right) = (chain(top, area < 0), chain(top, area > 0));
+        let (mut left, mut right) = (side(top, area < 0), side(top, area > 0));
         let active = if area == 0 { None } else { left.next_edge().zip(right.next_edge()) };
         let end = first_centre(bottom).min(rows.end);
         Self { left, right, active: active.map(|(left, right)| [left, right]), end }
@@ -362,11 +484,11 @@ impl<'a> ActivePair<'a> {
         if y >= self.end {
             return false;
         }
-        for (edge, chain) in [(left, &mut self.left), (right, &mut self.right)] {
+        for (edge, side) in [(left, &mut self.left), (right, &mut self.right)] {
             edge.rows.0 = y;
             if y < edge.rows.1 {
                 edge.advance();
-            } else if let Some(next) = chain.next_edge() {
+            } else if let Some(next) = side.next_edge() {
                 *edge = next;
             } else {
                 return false;
@@ -413,6 +535,7 @@ impl Iterator for ActivePair<'_> {
 /// The active edges of any outline, sorted by column.
 #[derive(Debug)]
 struct ActiveEdges<'a> {
+    rule: FillRule,
     y: i32,
     active: &'a mut Vec<Edge>,
     /// The first active edge in this row that no run has passed yet.
@@ -421,8 +544,8 @@ struct ActiveEdges<'a> {
 }
 
 impl<'a> ActiveEdges<'a> {
-    fn new(rest: std::slice::Iter<'a, Edge>, active: &'a mut Vec<Edge>) -> Self {
-        let mut edges = Self { y: 0, active, next: 0, rest: rest.peekable() };
+    fn new(rest: std::slice::Iter<'a, Edge>, active: &'a mut Vec<Edge>, rule: FillRule) -> Self {
+        let mut edges = Self { rule, y: 0, active, next: 0, rest: rest.peekable() };
         edges.enter_row();
         edges
     }
@@ -435,8 +558,9 @@ impl<'a> ActiveEdges<'a> {
         while let Some(edge) = self.rest.next_if(|edge| edge.rows.0 == self.y) {
             self.active.push(*edge);
         }
-        // Nearly sorted already, where this is fast; the index makes the order unique.
-        self.active.sort_by_key(|edge| (edge.x, edge.index));
+        // Mostly sorted already, where this is fast; the index makes the order unique. A stable sort
+        // would allocate.
+        self.active.sort_unstable_by_key(|edge| (edge.x, edge.index));
         self.next = 0;
     }
 
@@ -458,15 +582,15 @@ impl<'a> ActiveEdges<'a> {
         }
     }
 
-    /// The next run in this row: from where the winding number leaves 0 to where it returns.
+    /// The next run in this row: from where the outline is entered to where it is left.
     fn run_in_row(&mut self) -> Option<Run> {
         let mut left: Option<Edge> = None;
-        let mut winding = 0;
+        let mut winding = 0i32;
         while let Some(edge) = self.active.get(self.next) {
             self.next += 1;
-            winding += edge.winding;
+            winding = edge.winding.wrapping_add(winding);
             let start = *left.get_or_insert(*edge);
-            if winding == 0 {
+            if !self.rule.is_inside(winding) {
                 if start.x < edge.x {
                     let edges = [start.index, edge.index];
                     return Some(Run { y: self.y, x: start.x..edge.x, edges });

@@ -35,10 +35,11 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`vertex`] | [`Vertex<N>`](Vertex): a position (xw, yw, zw, w) in clip space and N parameters |
+//! | [`outline`] | the contours of a polygon: one, or several with holes among them |
 //! | [`clip`] | clips by planes in homogeneous space, before any division |
 //! | [`project`] | divides by w, keeps 1/w, maps to the [`Viewport`] |
 //! | [`gradient`] | parameters as planes over the screen; the paper's equation (1) |
-//! | [`edge_table`] | edges sorted by first scanline, the active ones stepped from row to row |
+//! | [`edge_table`] | edges sorted by first scanline, the active ones stepped from row to row; fill rules |
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
@@ -58,6 +59,9 @@
 //! - Screen positions are rounded to 1/256 pixel, half to even. From there on coverage is integer
 //!   arithmetic with the top-left rule: polygons that share an edge touch each pixel along it
 //!   exactly once.
+//! - A polygon may be concave, have holes and cross itself. What its contours wind around is inside
+//!   ([`FillRule::NonZero`]), or what they wind around an odd number of times
+//!   ([`FillRule::EvenOdd`]).
 //! - Depth is z/w in the viewport's depth range, f32, smaller is nearer by default.
 //! - Colours that are blended, filtered or averaged are linear light; 8-bit pictures are sRGB.
 //!
@@ -100,6 +104,7 @@
 //! - K.-L. Low, "Perspective-Correct Interpolation", 2002.
 
 pub mod vertex;
+pub mod outline;
 pub mod clip;
 pub mod project;
 pub mod gradient;
@@ -115,8 +120,10 @@ pub mod texture;
 pub mod obj;
 
 pub use clip::{ClipPlane, ClipSpace};
+pub use edge_table::FillRule;
 pub use fragment::{Fragment, FragmentBlock};
 pub use gradient::ParameterMatrix;
+pub use outline::Outline;
 pub use project::{Rect, SizeError, Viewport};
 pub use render::{DepthSource, DepthTest, Framebuffer, ZBuffer};
 pub use scan::{Cull, ScanConverter};

@@ -9,13 +9,15 @@
 use std::ops::Range;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, Clipper, Outcome};
-use crate::edge_table::{EdgeTable, Runs, signed_area};
+use crate::edge_table::{EdgeTable, FillRule, Runs, signed_area_of};
+use crate::outline::Outline;
 use crate::polygon::{ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect, Viewport};
 use crate::span::Span;
-use crate::vertex::{Interpolation, Vertex};
+use crate::vertex::Interpolation;
 
 /// Which polygons are left out, by the direction in which their vertices run as seen on the screen.
+/// Of several contours the one of the largest area decides: areas are summed with their signs.
 ///
 /// Where the front of a polygon is the side from which its vertices run counter-clockwise, as in
 /// OBJ files, back faces are left out by [`Cull::Clockwise`].
@@ -66,6 +68,8 @@ pub struct ScanConverter<const N: usize> {
     pub planes: Vec<ClipPlane>,
     /// Which polygons to leave out.
     pub cull: Cull,
+    /// What is inside an outline that is not convex.
+    pub fill_rule: FillRule,
     /// How each parameter is interpolated.
     pub interpolation: [Interpolation; N],
     all_planes: Vec<ClipPlane>,
@@ -77,7 +81,7 @@ pub struct ScanConverter<const N: usize> {
 
 impl<const N: usize> ScanConverter<N> {
     /// A scan converter that visits all the pixels of a viewport: no scissor, no extra planes, no
-    /// culling, depth 0 <= z <= w, all parameters in perspective.
+    /// culling, the non-zero rule, depth 0 <= z <= w, all parameters in perspective.
     pub fn new(viewport: Viewport) -> Self {
         Self {
             viewport,
@@ -85,6 +89,7 @@ impl<const N: usize> ScanConverter<N> {
             clip_space: ClipSpace::default(),
             planes: Vec::new(),
             cull: Cull::default(),
+            fill_rule: FillRule::default(),
             interpolation: [Interpolation::default(); N],
             all_planes: Vec::new(),
             clipper: Clipper::new(),
@@ -97,33 +102,43 @@ impl<const N: usize> ScanConverter<N> {
     /// The spans of a polygon, from top to bottom and, where it is not convex, from left to right
     /// in each row.
     ///
-    /// Any polygon is safe. Those with fewer than three vertices or a position that is not finite
-    /// have no spans. What it winds around is inside (the non-zero rule). Parameters that are not
-    /// affine on the polygon, which takes four vertices or more, are interpolated along its edges
-    /// and then across the spans; the result depends on how the polygon is rotated on the screen.
-    pub fn spans(&mut self, polygon: &[Vertex<N>]) -> Spans<'_, N> {
+    /// A polygon is one contour or several: see [`Outline`]. What is inside, the
+    /// [`fill_rule`](Self::fill_rule) says. Any polygon is safe. Contours with fewer than three
+    /// vertices bound nothing, and a polygon with a position that is not finite has no spans.
+    ///
+    /// Parameters that are not affine on the polygon, which takes four vertices or more, are
+    /// interpolated along its edges and then across the spans; the result depends on how the polygon
+    /// is rotated on the screen.
+    pub fn spans(&mut self, polygon: &(impl Outline<N> + ?Sized)) -> Spans<'_, N> {
         self.spans_within(polygon, self.viewport.rect())
     }
 
     /// The spans within a rectangle.
-    pub(crate) fn spans_within(&mut self, polygon: &[Vertex<N>], bounds: Rect) -> Spans<'_, N> {
-        let columns = self.set_up(polygon, bounds).unwrap_or_else(|| {
+    pub(crate) fn spans_within(
+        &mut self,
+        polygon: &(impl Outline<N> + ?Sized),
+        bounds: Rect,
+    ) -> Spans<'_, N> {
+        let window = self.window(bounds);
+        let columns = if window.iter().any(Range::is_empty) {
+            None
+        } else {
+            self.clipper.load(polygon, &self.interpolation);
+            self.set_up(window)
+        };
+        let columns = columns.unwrap_or_else(|| {
             self.edges.fill(&[], 0..0);
             0..0
         });
         Spans { polygon: &self.polygon, runs: self.edges.runs(), columns }
     }
 
-    /// Brings a polygon as far as the edge table; the visible columns, or `None` if there is
-    /// nothing to see.
-    fn set_up(&mut self, polygon: &[Vertex<N>], bounds: Rect) -> Option<Range<i32>> {
-        let [columns, rows] = self.window(bounds);
-        if columns.is_empty() || rows.is_empty() {
-            return None;
-        }
+    /// Brings the polygon that the clipper has loaded as far as the edge table; the visible columns,
+    /// or `None` if there is nothing to see.
+    fn set_up(&mut self, [columns, rows]: [Range<i32>; 2]) -> Option<Range<i32>> {
         let mut planes = std::mem::take(&mut self.all_planes);
         self.collect_planes(&mut planes);
-        self.clipper.load(polygon, &self.interpolation);
+        let sides = self.clipper.sides();
         let outcome = self.clipper.clip_to_view(&planes, &self.interpolation);
         self.all_planes = planes;
         if outcome == Outcome::Outside {
@@ -133,15 +148,17 @@ impl<const N: usize> ScanConverter<N> {
         let point = |v: &ClipVertex<N>| FixedPoint::project(v.position, &self.viewport);
         self.outline.clear();
         self.outline.extend(vertices.clone().map(point));
-        if self.cull.leaves_out(signed_area(&self.outline, |point| *point)) {
+        let chains = self.clipper.chains();
+        if self.cull.leaves_out(signed_area_of(&self.outline, chains)) {
             return None;
         }
-        self.edges.fill(&self.outline, rows);
+        self.edges.fill_rule = self.fill_rule;
+        self.edges.fill_outline(&self.outline, chains, rows);
         if self.edges.is_empty() {
             return None;
         }
         let setup = self.setup();
-        self.polygon.set_up(&setup, vertices.copied(), self.is_affine(polygon.len(), outcome));
+        self.polygon.set_up(&setup, vertices.copied(), self.is_affine(sides, outcome));
         Some(columns)
     }
 

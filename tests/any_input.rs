@@ -4,9 +4,9 @@ mod common;
 
 use common::generators::Rng;
 use common::{LONG_SEED, in_threads};
-use glam::{Vec4, vec4};
+use glam::{Vec3, Vec4, vec4};
 use polyscan::{
-    ClipPlane, ClipSpace, Cull, DepthSource, DepthTest, Framebuffer, Interpolation, Rect,
+    ClipPlane, ClipSpace, Cull, DepthSource, DepthTest, FillRule, Framebuffer, Interpolation, Rect,
     ScanConverter, Vertex, Viewport, ZBuffer,
 };
 
@@ -75,6 +75,7 @@ fn scan<const N: usize>(rng: &mut Rng) -> ScanConverter<N> {
     }
     scan.clip_space = [ClipSpace::ZeroToOne, ClipSpace::MinusOneToOne][rng.below(2)];
     scan.cull = [Cull::None, Cull::Clockwise, Cull::CounterClockwise][rng.below(3)];
+    scan.fill_rule = [FillRule::NonZero, FillRule::EvenOdd][rng.below(2)];
     scan.interpolation = std::array::from_fn(|_| {
         [Interpolation::Perspective, Interpolation::Linear, Interpolation::Flat][rng.below(3)]
     });
@@ -89,12 +90,21 @@ fn scan<const N: usize>(rng: &mut Rng) -> ScanConverter<N> {
 
 /// Draws a polygon and checks what may be said of any fragment.
 fn check<const N: usize>(scan: &mut ScanConverter<N>, polygon: &[Vertex<N>], fragments: usize) {
+    check_contours(scan, &[polygon], fragments);
+}
+
+/// The same of several contours.
+fn check_contours<const N: usize, C: AsRef<[Vertex<N>]> + std::fmt::Debug>(
+    scan: &mut ScanConverter<N>,
+    polygon: &[C],
+    fragments: usize,
+) {
     let rect = scan.viewport.rect();
-    let w = polygon.iter().map(|v| v.position.w);
+    let vertices = || polygon.iter().flat_map(AsRef::as_ref);
+    let w = vertices().map(|v| v.position.w);
     let w_range = (w.clone().fold(f32::MAX, f32::min), w.fold(f32::MIN, f32::max));
     // Planes may be anything here, and a plane of infinities cuts nowhere in particular.
-    let is_finite =
-        scan.planes.is_empty() && polygon.iter().flat_map(|v| v.params).all(f32::is_finite);
+    let is_finite = scan.planes.is_empty() && vertices().flat_map(|v| v.params).all(f32::is_finite);
     let mut left = fragments;
     for span in scan.spans(polygon) {
         let (x, y) = (span.x(), span.y());
@@ -126,6 +136,8 @@ fn anything(seed: u64) {
     check::<2>(&mut scan(rng), &polygon(rng), 300);
     check::<0>(&mut scan(rng), &polygon(rng), 300);
     check::<5>(&mut scan(rng), &polygon(rng), 300);
+    let contours: Vec<_> = (0..rng.below(5)).map(|_| polygon::<2>(rng)).collect();
+    check_contours(&mut scan(rng), &contours, 300);
 }
 
 #[test]
@@ -163,6 +175,28 @@ fn anything_on_the_verge(seed: u64) {
 }
 
 #[test]
+fn what_many_planes_make_of_a_polygon_far_from_planar_stays_small() {
+    // Every other vertex is near a point that the planes approach from all sides: each of them cuts
+    // about half of all edges, those along the planes before it among them.
+    let rng = &mut Rng::new(0);
+    let mut direction = || Vec3::from([0; 3].map(|_| rng.range(-1.0, 1.0) as f32));
+    let middle = Vec3::new(0.0, 0.0, 0.5);
+    let polygon: Vec<_> = (0..2000)
+        .map(|i| if i % 2 == 0 { 1e-6 } else { 0.4 })
+        .map(|size: f32| Vertex::new((middle + size * direction()).extend(1.0), []))
+        .collect();
+    let mut scan = ScanConverter::<0>::new(Viewport::new(64, 64).expect("small"));
+    scan.planes = (0..60)
+        .map(|i| {
+            let normal = direction().normalize_or_zero();
+            ClipPlane::new(normal.extend(0.2 * 0.85f32.powi(i) - normal.dot(middle)))
+        })
+        .collect();
+    let pixels: usize = scan.spans(&polygon).map(|span| span.x().len()).sum();
+    assert!(pixels <= 64 * 64);
+}
+
+#[test]
 fn positions_and_parameters_on_the_verge_keep_their_range() {
     (0..10_000).for_each(anything_on_the_verge);
 }
@@ -178,7 +212,7 @@ fn long_any_input() {
         in_threads(LONG_SEED..LONG_SEED + seeds, one)
     };
     let (any, verge) = (count(anything, 200_000), count(anything_on_the_verge, 1_000_000));
-    println!("{} polygons of any input, {verge} on the verge", 3 * any);
+    println!("{} polygons of any input, {verge} on the verge", 4 * any);
 }
 
 #[test]
@@ -237,6 +271,7 @@ fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
             let polygon = polygon(rng);
             renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
             renderer.draw_depth(&mut frame, &polygon);
+            renderer.draw(&mut frame, &[&polygon[..], &polygon[polygon.len() / 2..]], |_| 1);
         }
         let faces = [vec![], vec![0, 1], vec![0, 1, 2], vec![2, 1, 9_999_999], vec![3, 3, 3, 3]];
         renderer.draw_mesh(&mut frame, &polygon(rng), faces, |_| 2);

@@ -316,8 +316,8 @@ fn compared(
 ) -> Tally {
     scan.planes = planes.iter().map(|p| ClipPlane::new(p.map(|c| c as f32).into())).collect();
     let planes: Vec<_> = planes.iter().map(|&p| oracle::plane(p)).collect();
-    let outline = oracle::outline_within(polygon, MIDDLE, Depth::ZeroToOne, GUARD, &planes);
-    let expected = oracle::fill(&outline, MIDDLE, FillRule::NonZero);
+    let border = oracle::border(&[polygon.to_vec()], MIDDLE, Depth::ZeroToOne, GUARD, &planes);
+    let expected = oracle::fill_border(&border, MIDDLE, FillRule::NonZero);
     let drawn = digits(&counts(scan, &[bare(polygon)], MIDDLE), MIDDLE.width);
     let wanted = expected.picture(MIDDLE).replace('#', "1");
     assert_eq!(drawn.join("\n") + "\n", wanted, "{}", name());

@@ -347,7 +347,7 @@ const SCENES: &[Scene] = &[
         polygons: clipped,
         settings: |renderer| renderer.scan.interpolation = [Perspective, Linear, Flat],
         shader: everything,
-        hash: 0x2c97_f6a1_1732_f2f8,
+        hash: 0x10a4_381a_5042_aa35,
     },
     Scene {
         name: "concave and crossed outlines",
@@ -372,7 +372,7 @@ const SCENES: &[Scene] = &[
             renderer.scan.cull = Cull::CounterClockwise;
         },
         shader: params,
-        hash: 0x4d72_2d03_c94e_0494,
+        hash: 0xe50d_5c28_ca0c_5d2a,
     },
     Scene {
         name: "planes of the user's",
@@ -382,7 +382,7 @@ const SCENES: &[Scene] = &[
             renderer.scan.planes = planes.map(ClipPlane::new).to_vec();
         },
         shader: everything,
-        hash: 0x6090_b46d_6e62_a26d,
+        hash: 0xb134_08d1_98c6_49fb,
     },
     Scene {
         name: "a mesh",

@@ -21,7 +21,8 @@ use rayon::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome, Volume};
-use crate::edge_table::{EdgeTable, first_centre, signed_area};
+use crate::edge_table::{EdgeTable, first_centre, signed_area, signed_area_of};
+use crate::outline::Chain;
 use crate::polygon::{ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect};
 use crate::render::coarse_depth::CoarseDepth;
@@ -114,6 +115,8 @@ struct Chunk<const N: usize> {
     bins: Vec<Bin<N>>,
     /// The vertices of the faces that were clipped, end to end.
     clipped: Vec<ClipVertex<N>>,
+    /// Their chains, where they fell into parts.
+    chains: Vec<Chain>,
     clipped_faces: Vec<ClippedFace>,
     clipper: Clipper<N>,
     corners: Vec<Corner>,
@@ -156,6 +159,8 @@ enum Kind {
 struct ClippedFace {
     /// The end of its vertices in the chunk's list.
     end: u32,
+    /// The end of its chains.
+    chains_end: u32,
     /// Whether all its values are known to be affine on it.
     affine: bool,
 }
@@ -361,7 +366,9 @@ impl<const N: usize> Job<'_, N> {
             Outcome::Inside => {}
             Outcome::Clipped => return self.clip(face as u32, indices, chunk),
         }
-        let Some(bands) = self.bands(corners, |corner| corner.point) else { return };
+        let point = |corner: &Corner| corner.point;
+        let area = || signed_area(corners, point);
+        let Some(bands) = self.bands(corners, point, area) else { return };
         let bins = &mut chunk.bins[bands];
         let kind = match corners.len() {
             3 if bins.len() <= FEW => Kind::Triangle,
@@ -382,10 +389,10 @@ impl<const N: usize> Job<'_, N> {
     /// Clips a face and notes what is left.
     #[cold]
     fn clip(&self, face: u32, indices: &[u32], chunk: &mut Chunk<N>) {
-        let Chunk { clipper, polygon, outline, clipped, clipped_faces, .. } = chunk;
+        let Chunk { clipper, polygon, outline, clipped, chains, clipped_faces, .. } = chunk;
         polygon.clear();
         polygon.extend(indices.iter().map(|&i| self.vertices[i as usize]));
-        clipper.load(polygon, &self.scan.interpolation);
+        clipper.load(&*polygon, &self.scan.interpolation);
         let outcome = clipper.clip_to_view(self.planes, &self.scan.interpolation);
         if outcome == Outcome::Outside {
             return;
@@ -393,11 +400,14 @@ impl<const N: usize> Job<'_, N> {
         let project = |v: &ClipVertex<N>| FixedPoint::project(v.position, &self.scan.viewport);
         outline.clear();
         outline.extend(clipper.vertices().iter().map(project));
-        let Some(bands) = self.bands(outline, |point| *point) else { return };
+        let area = || signed_area_of(outline, clipper.chains());
+        let Some(bands) = self.bands(outline, |point| *point, area) else { return };
         clipped.extend_from_slice(clipper.vertices());
+        chains.extend_from_slice(clipper.chains());
+        let [end, chains_end] = [clipped.len(), chains.len()].map(|end| end as u32);
         let affine = self.scan.is_affine(indices.len(), outcome);
         let kind = Kind::Clipped(clipped_faces.len() as u32);
-        clipped_faces.push(ClippedFace { end: clipped.len() as u32, affine });
+        clipped_faces.push(ClippedFace { end, chains_end, affine });
         chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned { face, kind }));
     }
 
@@ -407,9 +417,14 @@ impl<const N: usize> Job<'_, N> {
         self.rows.start.max(rows.start - corner)..self.rows.end.min(rows.end - corner)
     }
 
-    /// The bands that an outline touches; `None` if it has no pixel in any.
+    /// The bands that an outline touches; `None` if it has no pixel in any, or is turned away.
     #[inline(always)]
-    fn bands<V>(&self, outline: &[V], point: impl Fn(&V) -> FixedPoint) -> Option<Range<usize>> {
+    fn bands<V>(
+        &self,
+        outline: &[V],
+        point: impl Fn(&V) -> FixedPoint,
+        signed_area: impl FnOnce() -> i128,
+    ) -> Option<Range<usize>> {
         let extent = |coordinate: fn(FixedPoint) -> i32| {
             let values = outline.iter().map(|v| coordinate(point(v)));
             values.fold((i32::MAX, i32::MIN), |(min, max), v| (min.min(v), max.max(v)))
@@ -423,7 +438,7 @@ impl<const N: usize> Job<'_, N> {
             return None;
         }
         let cull = self.scan.cull;
-        if cull != Cull::None && cull.leaves_out(signed_area(outline, point)) {
+        if cull != Cull::None && cull.leaves_out(signed_area()) {
             return None;
         }
         let corner = self.scan.viewport.rect().y;
@@ -447,14 +462,17 @@ impl<const N: usize> Chunk<N> {
             bin.vertices.clear();
         }
         self.clipped.clear();
+        self.chains.clear();
         self.clipped_faces.clear();
     }
 
-    /// The vertices of a clipped face, and whether all its values are affine.
-    fn clipped(&self, number: usize) -> (&[ClipVertex<N>], bool) {
-        let start = if number == 0 { 0 } else { self.clipped_faces[number - 1].end };
-        let ClippedFace { end, affine } = self.clipped_faces[number];
-        (&self.clipped[start as usize..end as usize], affine)
+    /// The vertices of a clipped face, its chains, and whether all its values are affine.
+    fn clipped(&self, number: usize) -> (&[ClipVertex<N>], &[Chain], bool) {
+        let before = number.checked_sub(1).map(|before| self.clipped_faces[before]);
+        let (start, chains_start) = before.map_or((0, 0), |face| (face.end, face.chains_end));
+        let ClippedFace { end, chains_end, affine } = self.clipped_faces[number];
+        let vertices = &self.clipped[start as usize..end as usize];
+        (vertices, &self.chains[chains_start as usize..chains_end as usize], affine)
     }
 }
 
@@ -479,6 +497,7 @@ impl<const N: usize> Worker<N> {
         let Some((provoking, _)) = face.clone().next() else { return };
         self.outline.clear();
         self.outline.extend(face.clone().map(|(_, point)| point));
+        self.edges.fill_rule = job.scan.fill_rule;
         self.edges.fill(&self.outline, rows.clone());
         let vertices = face.map(|(vertex, _)| job.setup.vertex(vertex, provoking));
         self.polygon.set_up(&job.setup, vertices, affine);
@@ -489,13 +508,14 @@ impl<const N: usize> Worker<N> {
     fn set_up_clipped(
         &mut self,
         job: &Job<'_, N>,
-        (vertices, affine): (&[ClipVertex<N>], bool),
+        (vertices, chains, affine): (&[ClipVertex<N>], &[Chain], bool),
         rows: &Range<i32>,
     ) {
         let project = |v: &ClipVertex<N>| FixedPoint::project(v.position, &job.scan.viewport);
         self.outline.clear();
         self.outline.extend(vertices.iter().map(project));
-        self.edges.fill(&self.outline, rows.clone());
+        self.edges.fill_rule = job.scan.fill_rule;
+        self.edges.fill_outline(&self.outline, chains, rows.clone());
         self.polygon.set_up(&job.setup, vertices.iter().copied(), affine);
     }
 }

@@ -10,6 +10,7 @@ use fearless_simd::{
 };
 
 use crate::fragment::{Block, Fragment, FragmentBlock, LANES, Lanes};
+use crate::outline::Outline;
 use crate::polygon::Method;
 use crate::project::Viewport;
 use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
@@ -122,10 +123,31 @@ impl<const N: usize> ZBuffer<N> {
     ///
     /// What does not lie on the framebuffer is left out. Any polygon is safe; see
     /// [`ScanConverter::spans`] for what it covers.
+    ///
+    /// A polygon may have several contours, and so holes:
+    ///
+    /// ```
+    /// use glam::vec4;
+    /// use polyscan::{FillRule, Framebuffer, Vertex, ZBuffer};
+    ///
+    /// let square = |size: f32| {
+    ///     [(-size, -size), (size, -size), (size, size), (-size, size)]
+    ///         .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []))
+    /// };
+    /// let (wall, window) = (square(1.0), square(0.5));
+    /// let mut frame = Framebuffer::new(4, 4, '.')?;
+    /// let mut renderer = ZBuffer::new(frame.viewport());
+    /// // Both run in the same direction, which is no hole by the non-zero rule.
+    /// renderer.scan.fill_rule = FillRule::EvenOdd;
+    /// renderer.draw(&mut frame, &[&wall[..], &window[..]], |_| '#');
+    /// let rows: Vec<String> = frame.color().chunks(4).map(|row| row.iter().collect()).collect();
+    /// assert_eq!(rows, ["####", "#..#", "#..#", "####"]);
+    /// # Ok::<(), polyscan::SizeError>(())
+    /// ```
     pub fn draw<C, R>(
         &mut self,
         frame: &mut Framebuffer<C>,
-        polygon: &[Vertex<N>],
+        polygon: &(impl Outline<N> + ?Sized),
         shader: impl Fn(&Fragment<'_, N>) -> R,
     ) where
         C: Copy,
@@ -158,21 +180,25 @@ impl<const N: usize> ZBuffer<N> {
     pub fn draw_blocks<C: Copy>(
         &mut self,
         frame: &mut Framebuffer<C>,
-        polygon: &[Vertex<N>],
+        polygon: &(impl Outline<N> + ?Sized),
         shader: impl Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
     ) {
         self.draw_polygon(frame, polygon, &PerBlock(shader));
     }
 
     /// Draws the depth of a polygon alone: nothing is shaded, no parameter is evaluated.
-    pub fn draw_depth<C: Copy>(&mut self, frame: &mut Framebuffer<C>, polygon: &[Vertex<N>]) {
+    pub fn draw_depth<C: Copy>(
+        &mut self,
+        frame: &mut Framebuffer<C>,
+        polygon: &(impl Outline<N> + ?Sized),
+    ) {
         self.draw_polygon(frame, polygon, &DepthOnly);
     }
 
     fn draw_polygon<C: Copy>(
         &mut self,
         frame: &mut Framebuffer<C>,
-        polygon: &[Vertex<N>],
+        polygon: &(impl Outline<N> + ?Sized),
         shader: &impl Shader<N, C>,
     ) {
         let raster = self.raster();
