@@ -258,6 +258,19 @@ impl<const N: usize> Clipper<N> {
         self.vertices.extend(vertices);
     }
 
+    /// The part of a polygon in working precision where `distance` is not negative. All of it must
+    /// have w >= [`W_MIN`].
+    pub(crate) fn part(
+        &mut self,
+        polygon: impl Iterator<Item = ClipVertex<N>>,
+        distance: impl Fn(DVec4) -> f64,
+    ) -> &[ClipVertex<N>] {
+        self.vertices.clear();
+        self.vertices.extend(polygon);
+        self.clip_by(distance, |_| {}, &[Interpolation::Perspective; N]);
+        &self.vertices
+    }
+
     /// The polygon in working precision, after [`load`](Self::load) and
     /// [`clip_vertices`](Self::clip_vertices).
     pub(crate) fn vertices(&self) -> &[ClipVertex<N>] {

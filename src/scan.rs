@@ -112,6 +112,23 @@ impl<const N: usize> ScanConverter<N> {
         Spans { polygon: &self.polygon, runs: self.edges.runs(), columns }
     }
 
+    /// The spans within a rectangle of a face with a number, and its clipped vertices. Where there
+    /// are no spans, the vertices mean nothing.
+    pub(crate) fn face_within(
+        &mut self,
+        face: u32,
+        polygon: &[Vertex<N>],
+        bounds: Rect,
+    ) -> (Spans<'_, N>, &[ClipVertex<N>]) {
+        self.polygon.face = face;
+        let columns = self.set_up(polygon, bounds).unwrap_or_else(|| {
+            self.edges.fill(&[], 0..0);
+            0..0
+        });
+        let spans = Spans { polygon: &self.polygon, runs: self.edges.runs(), columns };
+        (spans, self.clipper.vertices())
+    }
+
     /// Brings a polygon as far as the edge table; the visible columns, or `None` if there is
     /// nothing to see.
     fn set_up(&mut self, polygon: &[Vertex<N>], bounds: Rect) -> Option<Range<i32>> {
