@@ -438,6 +438,20 @@ impl<const N: usize> Clipper<N> {
         }));
     }
 
+    /// The part of a polygon in working precision where `distance` is not negative. All of it must
+    /// have w >= [`W_MIN`].
+    pub(crate) fn part(
+        &mut self,
+        polygon: impl Iterator<Item = ClipVertex<N>>,
+        distance: impl Fn(DVec4) -> f64,
+    ) -> &[ClipVertex<N>] {
+        self.vertices.clear();
+        self.chains.clear();
+        self.vertices.extend(polygon);
+        self.clip_by(distance, |_| {}, &[Interpolation::Perspective; N], Parts::Joined);
+        &self.vertices
+    }
+
     /// The polygon in working precision, after [`load`](Self::load) and
     /// [`clip_vertices`](Self::clip_vertices).
     pub(crate) fn vertices(&self) -> &[ClipVertex<N>] {
@@ -450,7 +464,7 @@ impl<const N: usize> Clipper<N> {
     }
 
     /// Clips the loaded polygon in place.
-    fn clip_vertices(
+    pub(crate) fn clip_vertices(
         &mut self,
         planes: &[ClipPlane],
         interpolation: &[Interpolation; N],
@@ -625,7 +639,7 @@ impl<const N: usize> Clipper<N> {
 
 /// How the parts are left into which a contour falls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Parts {
+pub(crate) enum Parts {
     /// In one contour, by edges to and fro.
     Joined,
     /// As chains.

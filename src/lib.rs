@@ -43,7 +43,7 @@
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
-//! | [`render`] | the z-buffer renderer, polygon by polygon or a mesh at once, and its [`Framebuffer`] |
+//! | [`render`] | the [`ZBuffer`] renderer, polygon by polygon or a mesh at once; the [`Painter`], from back to front by a [`BspTree`]; their [`Framebuffer`] |
 //! | [`color`], [`texture`] | linear light and sRGB; pictures to sample |
 //! | `obj` | OBJ and MTL files to polygons |
 //!
@@ -102,6 +102,9 @@
 //!   of the Art in Computer Graphics, Springer 1991.
 //! - P. Heckbert, "Generic Convex Polygon Scan Conversion and Clipping", Graphics Gems, 1990.
 //! - K.-L. Low, "Perspective-Correct Interpolation", 2002.
+//! - H. Fuchs, Z. Kedem and B. Naylor, "On Visible Surface Generation by A Priori Tree Structures",
+//!   SIGGRAPH 1980; M. Newell, R. Newell and T. Sancha, "A Solution to the Hidden Surface Problem",
+//!   ACM 1972: the painter's renderer.
 
 pub mod vertex;
 pub mod outline;
@@ -125,7 +128,7 @@ pub use fragment::{Fragment, FragmentBlock};
 pub use gradient::ParameterMatrix;
 pub use outline::Outline;
 pub use project::{Rect, SizeError, Viewport};
-pub use render::{DepthSource, DepthTest, Framebuffer, ZBuffer};
+pub use render::{BspTree, DepthSource, DepthTest, Framebuffer, Painter, ZBuffer};
 pub use scan::{Cull, ScanConverter};
 pub use span::Span;
 pub use texture::Texture;

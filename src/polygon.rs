@@ -463,7 +463,9 @@ impl<const N: usize> Across<N> {
 /// A triangle of vertices that spans the polygon well: the first vertex, the one farthest from it,
 /// and the one farthest from the line through both. Everything on the polygon is near to it, so
 /// that its plane is not extrapolated far.
-fn widest_triangle<const N: usize>(vertices: &[ScreenVertex<N>]) -> Option<[&ScreenVertex<N>; 3]> {
+pub(crate) fn widest_triangle<const N: usize>(
+    vertices: &[ScreenVertex<N>],
+) -> Option<[&ScreenVertex<N>; 3]> {
     if let [a, b, c] = vertices {
         return Some([a, b, c]);
     }

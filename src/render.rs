@@ -7,7 +7,11 @@ mod mesh;
 #[cfg(not(feature = "parallel"))]
 mod sequential;
 mod z_buffer;
+mod bsp;
+mod painter;
 
+pub use bsp::BspTree;
 pub use framebuffer::Framebuffer;
+pub use painter::Painter;
 pub use shader::{Over, Paint, Plus};
 pub use z_buffer::{DepthSource, DepthTest, ZBuffer};

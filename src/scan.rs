@@ -14,7 +14,7 @@ use crate::outline::Outline;
 use crate::polygon::{ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect, Viewport};
 use crate::span::Span;
-use crate::vertex::Interpolation;
+use crate::vertex::{Interpolation, Vertex};
 
 /// Which polygons are left out, by the direction in which their vertices run as seen on the screen.
 /// Of several contours the one of the largest area decides: areas are summed with their signs.
@@ -99,6 +99,17 @@ impl<const N: usize> ScanConverter<N> {
         }
     }
 
+    /// Takes over the settings of another scan converter, and keeps the memory.
+    pub(crate) fn adopt(&mut self, other: &Self) {
+        self.viewport = other.viewport;
+        self.scissor = other.scissor;
+        self.clip_space = other.clip_space;
+        self.planes.clone_from(&other.planes);
+        self.cull = other.cull;
+        self.fill_rule = other.fill_rule;
+        self.interpolation = other.interpolation;
+    }
+
     /// The spans of a polygon, from top to bottom and, where it is not convex, from left to right
     /// in each row.
     ///
@@ -119,6 +130,26 @@ impl<const N: usize> ScanConverter<N> {
         polygon: &(impl Outline<N> + ?Sized),
         bounds: Rect,
     ) -> Spans<'_, N> {
+        let columns = self.set_up_within(polygon, bounds);
+        Spans { polygon: &self.polygon, runs: self.edges.runs(), columns }
+    }
+
+    /// The spans within a rectangle of a face with a number, and its clipped vertices. Where there
+    /// are no spans, the vertices mean nothing.
+    pub(crate) fn face_within(
+        &mut self,
+        face: u32,
+        polygon: &[Vertex<N>],
+        bounds: Rect,
+    ) -> (Spans<'_, N>, &[ClipVertex<N>]) {
+        self.polygon.face = face;
+        let columns = self.set_up_within(polygon, bounds);
+        let spans = Spans { polygon: &self.polygon, runs: self.edges.runs(), columns };
+        (spans, self.clipper.vertices())
+    }
+
+    /// Brings a polygon as far as the edge table; the visible columns.
+    fn set_up_within(&mut self, polygon: &(impl Outline<N> + ?Sized), bounds: Rect) -> Range<i32> {
         let window = self.window(bounds);
         let columns = if window.iter().any(Range::is_empty) {
             None
@@ -126,11 +157,10 @@ impl<const N: usize> ScanConverter<N> {
             self.clipper.load(polygon, &self.interpolation);
             self.set_up(window)
         };
-        let columns = columns.unwrap_or_else(|| {
+        columns.unwrap_or_else(|| {
             self.edges.fill(&[], 0..0);
             0..0
-        });
-        Spans { polygon: &self.polygon, runs: self.edges.runs(), columns }
+        })
     }
 
     /// Brings the polygon that the clipper has loaded as far as the edge table; the visible columns,
