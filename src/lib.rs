@@ -118,7 +118,7 @@ pub use clip::{ClipPlane, ClipSpace};
 pub use fragment::{Fragment, FragmentBlock};
 pub use gradient::ParameterMatrix;
 pub use project::{Rect, SizeError, Viewport};
-pub use render::{DepthSource, DepthTest, Framebuffer, ZBuffer};
+pub use render::{DepthSource, DepthTest, Framebuffer, Scanline, ZBuffer};
 pub use scan::{Cull, ScanConverter};
 pub use span::Span;
 pub use texture::Texture;

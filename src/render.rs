@@ -6,7 +6,14 @@ mod mesh;
 #[cfg(not(feature = "parallel"))]
 mod sequential;
 mod z_buffer;
+mod visible;
+mod scanline;
+#[cfg(feature = "image")]
+mod png_file;
 
 pub use framebuffer::Framebuffer;
+#[cfg(feature = "image")]
+pub use png_file::{PngError, PngFile};
+pub use scanline::{Scanline, Scene};
 pub use shader::{Over, Paint, Plus};
 pub use z_buffer::{DepthSource, DepthTest, ZBuffer};

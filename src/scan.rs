@@ -142,6 +142,18 @@ impl<const N: usize> ScanConverter<N> {
         Some(columns)
     }
 
+    /// Sets a polygon up in `screen`, for who keeps many; whether there may be something to see.
+    pub(crate) fn set_up_in(
+        &mut self,
+        polygon: &[Vertex<N>],
+        screen: &mut ScreenPolygon<N>,
+    ) -> bool {
+        std::mem::swap(&mut self.polygon, screen);
+        let columns = self.set_up(polygon, self.viewport.rect());
+        std::mem::swap(&mut self.polygon, screen);
+        columns.is_some()
+    }
+
     /// Replaces `planes` by all planes to clip by.
     pub(crate) fn collect_planes(&self, planes: &mut Vec<ClipPlane>) {
         planes.clear();

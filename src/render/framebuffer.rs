@@ -97,10 +97,21 @@ impl<C: Copy> Framebuffer<C> {
     pub(crate) fn band(&mut self) -> Band<'_, C> {
         Band {
             first: 0,
+            column: 0,
             width: self.width as usize,
             color: &mut self.color,
             depth: &mut self.depth,
         }
+    }
+}
+
+impl<C: Copy> Framebuffer<C> {
+    /// Some rows, all of which it must have.
+    pub(crate) fn band_of(&mut self, rows: Range<u32>) -> Band<'_, C> {
+        let width = self.width as usize;
+        let pixels = rows.start as usize * width..rows.end as usize * width;
+        let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
+        Band { first: rows.start as i32, column: 0, width, color, depth }
     }
 }
 
@@ -116,32 +127,67 @@ impl<C: Copy + Send> Framebuffer<C> {
         let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
         bands.enumerate().map(move |(i, (color, depth))| {
             let first = i as i32 * height as i32;
-            Band { first, width, color, depth }
+            Band { first, column: 0, width, color, depth }
         })
     }
 }
 
-/// Some neighbouring rows of a framebuffer.
+/// Some neighbouring rows of a framebuffer, or of a part of its columns.
 #[derive(Debug)]
 pub(crate) struct Band<'a, C> {
     /// The first row.
     first: i32,
+    /// The first column.
+    column: i32,
     width: usize,
     pub(crate) color: &'a mut [C],
     pub(crate) depth: &'a mut [f32],
 }
 
-impl<C> Band<'_, C> {
-    /// Where a row of the framebuffer begins in the band's slices.
+impl<'a, C> Band<'a, C> {
+    /// A band whose top left pixel is the one at column and row `corner` of the framebuffer. Its
+    /// slices hold whole rows of `width` pixels, which is not 0.
+    pub(crate) fn new(
+        (column, first): (i32, i32),
+        width: u32,
+        color: &'a mut [C],
+        depth: &'a mut [f32],
+    ) -> Self {
+        Self { first, column, width: width as usize, color, depth }
+    }
+
+    /// Where column 0 of a row of the framebuffer is in the band's slices, or would be.
     #[inline(always)]
     pub(crate) fn row(&self, y: i32) -> usize {
-        (y - self.first) as usize * self.width
+        let first = (y - self.first) as usize * self.width;
+        first.wrapping_add_signed(-(self.column as isize))
+    }
+
+    /// The number of its columns.
+    pub(crate) fn width(&self) -> u32 {
+        self.width as u32
     }
 
     /// The rows of the framebuffer that it holds.
     #[inline(always)]
     pub(crate) fn rows(&self) -> Range<i32> {
         self.first..self.first + (self.color.len() / self.width) as i32
+    }
+}
+
+impl<C: Send> Band<'_, C> {
+    /// The band in lower ones of `height` rows, the last with those that are left.
+    pub(crate) fn par_bands(
+        &mut self,
+        height: u32,
+    ) -> impl IndexedParallelIterator<Item = Band<'_, C>> {
+        let Self { first, column, width, .. } = *self;
+        let len = width * height as usize;
+        let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
+        bands.enumerate().map(move |(i, (color, depth))| {
+            let first = first + i as i32 * height as i32;
+            Band { first, column, width, color, depth }
+        })
     }
 }
 

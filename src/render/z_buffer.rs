@@ -229,9 +229,9 @@ impl<const N: usize> ZBuffer<N> {
 /// What to do with fragments.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Raster {
-    test: DepthTest,
-    write: bool,
-    source: DepthSource,
+    pub(crate) test: DepthTest,
+    pub(crate) write: bool,
+    pub(crate) source: DepthSource,
 }
 
 impl Raster {
