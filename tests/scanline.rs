@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use common::generators::{self, Cells, Mesh, Rng, Shape};
 use common::oracle::{Position, Window};
 use common::{LONG_SEED, bare, in_threads, vertices};
-use glam::{Vec3, Vec4, vec4};
+use glam::{Vec4, vec4};
 use polyscan::render::{Over, Paint};
 use polyscan::{
     ClipPlane, ClipSpace, Cull, DepthTest, Fragment, Framebuffer, Interpolation, Rect,
@@ -318,7 +318,31 @@ fn long_the_picture_is_the_z_buffers() {
     println!("scanline and z-buffer: {tally:?}, 0 pixels differ");
 }
 
-/// Squares over the view, from (0, 0) in the middle of the first pixel.
+#[cfg(feature = "obj")]
+#[test]
+fn a_model_is_the_z_buffers_from_all_sides() {
+    use glam::Vec3;
+    use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+    let model =
+        polyscan::obj::Model::load("examples/assets/cottage.obj").expect("it is there").model;
+    let (low, high) = model.bounds().expect("it has vertices");
+    let (centre, radius) = ((low + high) / 2.0, low.distance(high) / 2.0);
+    for (i, distance) in [2.2, 2.2, 2.2, 0.9, 0.4].into_iter().enumerate() {
+        let eye = centre + Vec3::new(i as f32 - 2.0, 0.7, 1.5).normalize() * radius * distance;
+        let camera =
+            perspective(0.9, 1.5, 0.02 * radius, 4.0 * radius) * look_at_mat4(eye, centre, Vec3::Y);
+        let mut scene = Scene::<2>::new(Window { width: 300, height: 200 });
+        scene.vertices.extend(
+            model.vertices.iter().map(|vertex| {
+                Vertex::new(camera * vertex.position.extend(1.0), vertex.uv.to_array())
+            }),
+        );
+        scene.faces.extend(model.faces().map(|face| face.indices.to_vec()));
+        assert!(check(&scene, "cottage").covered > 2000);
+    }
+}
+
+/// A square over the view.
 fn square(z: f32) -> Vec<Vertex<0>> {
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(x, y)| Vertex::new(vec4(x, y, z, 1.0), []))
@@ -481,15 +505,9 @@ fn sorted_at_each_pixel<const N: usize>(
 
 fn check_transparency(seed: u64) -> Tally {
     let rng = &mut Rng::new(seed);
-    let scene = if rng.once_in(2) {
-        let Scene { vertices, faces, scan, reversed } = meshes(rng);
-        // The same settings for a scene of another kind, now and then.
-        Scene { vertices, faces, scan, reversed }
-    } else {
-        any_scene::<0>(rng)
-    };
+    let scene = if rng.once_in(2) { meshes(rng) } else { any_scene::<0>(rng) };
     let share = 1 + rng.below(4) as u32;
-    let is_transparent = |face: u32| share == 1 || face % share != 0;
+    let is_transparent = |face: u32| share == 1 || !face.is_multiple_of(share);
     let mut picture = Vec::new();
     let sink = |_, row: &[Vec4]| {
         picture.extend_from_slice(row);
@@ -630,6 +648,7 @@ fn long_any_input_is_safe() {
 mod png_files {
     use std::fs;
 
+    use glam::Vec3;
     use polyscan::color::Color;
     use polyscan::render::{PngError, PngFile};
 

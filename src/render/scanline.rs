@@ -17,9 +17,9 @@
 //! z-buffer's to the bit.
 //!
 //! The memory that this takes, with N parameters: 24 bytes a face that is in view and 4 a corner of
-//! it; 16 bytes a vertex, while faces are sorted; some 300 + 80 N bytes an active face, and 24 for
-//! each run of the rows being drawn. Of the picture, two times two pieces a thread are in memory, of
-//! 2^18 pixels each or one row if that is more. Nothing grows with the height.
+//! it; 12 bytes a vertex, while faces are sorted; some 250 + 40 N bytes an active face and 40 + 8 N a
+//! corner of it; 24 bytes for each run in the rows being drawn. Of the picture there are four parts
+//! a thread in memory, of at most 2^18 pixels each. Nothing grows with the height.
 
 use std::ops::Range;
 
@@ -42,11 +42,12 @@ use crate::scan::ScanConverter;
 use crate::span::Span;
 use crate::vertex::Vertex;
 
-/// Pixels drawn by one thread at a time, if that is a row or more: enough that handing them to a
-/// thread costs nothing, and a few megabytes of colours.
+/// The most pixels that a thread draws at a time, four rows of the widest viewport: enough that
+/// handing them to a thread and finding the faces' edges there costs little, and a few megabytes of
+/// colours.
 const PIECE: u32 = 1 << 18;
 
-/// But no more rows than that, to have pieces for all threads.
+/// The most rows, so that there is something for all threads.
 const PIECE_ROWS: u32 = 32;
 
 /// Faces set up by one thread at a time.

@@ -6,11 +6,12 @@
 //! The opaque runs are put into layers, none of which has two runs at one column, and the layers
 //! are merged in pairs until one is left: the lower envelope of the depths. Where two layers meet,
 //! lines that are clearly apart at both ends of an interval are apart within it; lines that cross
-//! are compared pixel by pixel near the crossing only. With n runs in k layers that takes
-//! O(n log n) steps for the layers and, for the merging, O(log k) for each piece of an envelope and
-//! for each pixel at which two faces are nearly equal; never a step for each pixel and run. (An
-//! envelope of n lines over intervals has hardly more than n pieces: Hershberger, "Finding the upper
-//! envelope of n line segments in O(n log n) time", Information Processing Letters 33, 1989.)
+//! are compared pixel by pixel near the crossing only. With n runs in k layers that is O(n log k)
+//! steps, however many pixels the runs have (an envelope of n lines over intervals has hardly more
+//! than n pieces: Hershberger, "Finding the upper envelope of n line segments in O(n log n) time",
+//! Information Processing Letters 33, 1989), and one for each pixel and pair of faces that rounding
+//! cannot tell apart there. Only of k faces in one plane are there k such steps a pixel, as many as
+//! a z-buffer always takes.
 //!
 //! Transparent runs are sorted by depth wherever one begins, ends or crosses another. That is at
 //! most once for each of the pixels, so it takes O(log k) for each transparent fragment at most.
