@@ -43,7 +43,7 @@
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
-//! | [`render`] | the [`ZBuffer`] renderer, polygon by polygon or a mesh at once; the [`Painter`], from back to front by a [`BspTree`]; their [`Framebuffer`] |
+//! | [`render`] | the [`ZBuffer`] renderer, polygon by polygon or a mesh at once; the [`Painter`], from back to front by a [`BspTree`]; their [`Framebuffer`]; the [`Scanline`] renderer, row by row |
 //! | [`color`], [`texture`] | linear light and sRGB; pictures to sample |
 //! | `obj` | OBJ and MTL files to polygons |
 //!
@@ -83,6 +83,12 @@
 //! [`ZBuffer::draw_mesh_blocks`]: vertices are projected once, and all processors take part. None
 //! of this changes a bit of the picture.
 //!
+//! # Pictures too large for memory
+//!
+//! [`Scanline`] draws the same pictures from top to bottom and hands each row over when it is
+//! finished, to a [`render::PngFile`] for example. It shades each visible pixel once, and it has
+//! transparent faces in their order where they cross.
+//!
 //! # Any input is safe
 //!
 //! Positions may be anything that fits an f32: a polygon with one that is not finite is not drawn,
@@ -91,7 +97,8 @@
 //!
 //! # Features
 //!
-//! - `image` (default): textures from files and pictures, framebuffers to pictures.
+//! - `image` (default): textures from files and pictures, framebuffers to pictures, PNG files row
+//!   by row.
 //! - `obj` (default): OBJ and MTL files. Needs `image`.
 //! - `parallel` (default): meshes are drawn by all processors, through `rayon`. The picture is the
 //!   same without.
@@ -128,7 +135,7 @@ pub use fragment::{Fragment, FragmentBlock};
 pub use gradient::ParameterMatrix;
 pub use outline::Outline;
 pub use project::{Rect, SizeError, Viewport};
-pub use render::{BspTree, DepthSource, DepthTest, Framebuffer, Painter, ZBuffer};
+pub use render::{BspTree, DepthSource, DepthTest, Framebuffer, Painter, Scanline, ZBuffer};
 pub use scan::{Cull, ScanConverter};
 pub use span::Span;
 pub use texture::Texture;

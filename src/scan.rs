@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, Clipper, Outcome};
 use crate::edge_table::{EdgeTable, FillRule, Runs, signed_area_of};
-use crate::outline::Outline;
+use crate::outline::{Chain, Outline};
 use crate::polygon::{ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect, Viewport};
 use crate::span::Span;
@@ -197,6 +197,23 @@ impl<const N: usize> ScanConverter<N> {
         Setup::new(&self.viewport, self.clip_space, self.interpolation)
     }
 
+    /// Sets a face up for who keeps many: its values and its outline. Whether there may be something
+    /// to see.
+    pub(crate) fn set_up_in(
+        &mut self,
+        polygon: &[Vertex<N>],
+        screen: &mut ScreenPolygon<N>,
+        outline: &mut ScreenOutline,
+    ) -> bool {
+        std::mem::swap(&mut self.polygon, screen);
+        let columns = self.set_up_within(polygon, self.viewport.rect());
+        std::mem::swap(&mut self.polygon, screen);
+        outline.points.clone_from(&self.outline);
+        outline.chains.clear();
+        outline.chains.extend_from_slice(self.clipper.chains());
+        !columns.is_empty()
+    }
+
     /// Replaces `planes` by all planes to clip by.
     pub(crate) fn collect_planes(&self, planes: &mut Vec<ClipPlane>) {
         planes.clear();
@@ -236,6 +253,13 @@ impl Cull {
             Self::CounterClockwise => signed_area < 0,
         }
     }
+}
+
+/// An outline on the screen: its points, and its chains if it is not one contour.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ScreenOutline {
+    pub(crate) points: Vec<FixedPoint>,
+    pub(crate) chains: Vec<Chain>,
 }
 
 /// Iterator over the spans of a polygon.

@@ -97,7 +97,16 @@ impl<C: Copy> Framebuffer<C> {
 
     /// All rows as one band.
     pub(crate) fn band(&mut self) -> Band<'_, C> {
-        Band::new(0, self.width as usize, &mut self.color, &mut self.depth)
+        let corner = (0, 0);
+        Band::new(corner, self.width as usize, &mut self.color, &mut self.depth)
+    }
+
+    /// Some rows, all of which it must have.
+    pub(crate) fn band_of(&mut self, rows: Range<u32>) -> Band<'_, C> {
+        let width = self.width as usize;
+        let pixels = rows.start as usize * width..rows.end as usize * width;
+        let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
+        Band::new((0, rows.start as i32), width, color, depth)
     }
 }
 
@@ -112,16 +121,18 @@ impl<C: Copy + Send> Framebuffer<C> {
         let len = width * height as usize;
         let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
         bands.enumerate().map(move |(i, (color, depth))| {
-            Band::new(i as i32 * height as i32, width, color, depth)
+            Band::new((0, i as i32 * height as i32), width, color, depth)
         })
     }
 }
 
-/// Some neighbouring rows of a framebuffer.
+/// Some neighbouring rows of a framebuffer, or of a part of its columns.
 #[derive(Debug)]
 pub(crate) struct Band<'a, C> {
     /// The first row.
     first: i32,
+    /// The first column.
+    column: i32,
     width: usize,
     pub(crate) color: &'a mut [C],
     pub(crate) depth: &'a mut [f32],
@@ -133,15 +144,28 @@ pub(crate) struct Band<'a, C> {
 }
 
 impl<'a, C> Band<'a, C> {
-    fn new(first: i32, width: usize, color: &'a mut [C], depth: &'a mut [f32]) -> Self {
+    /// A band whose top left pixel is the one at column and row `corner` of the framebuffer. Its
+    /// slices hold whole rows of `width` pixels, which is not 0.
+    pub(crate) fn new(
+        (column, first): (i32, i32),
+        width: usize,
+        color: &'a mut [C],
+        depth: &'a mut [f32],
+    ) -> Self {
         let line_offset = depth.as_ptr().addr() / size_of::<f32>() % LANES;
-        Self { first, width, color, depth, line_offset, coarse: None }
+        Self { first, column, width, color, depth, line_offset, coarse: None }
     }
 
     /// Where a row of the framebuffer begins in the band's slices.
     #[inline(always)]
     pub(crate) fn row(&self, y: i32) -> usize {
         (y - self.first) as usize * self.width
+    }
+
+    /// How far a column of the framebuffer is from the left of the band.
+    #[inline(always)]
+    pub(crate) fn column(&self, x: i32) -> usize {
+        (x - self.column) as usize
     }
 
     /// A copy of the pixels of a block that begins at `at`, which may reach out of the band; `None` if
@@ -190,6 +214,22 @@ impl<'a, C> Band<'a, C> {
     #[inline(always)]
     pub(crate) fn rows(&self) -> Range<i32> {
         self.first..self.first + (self.color.len() / self.width) as i32
+    }
+}
+
+impl<C: Send> Band<'_, C> {
+    /// The band in lower ones of `height` rows, the last with those that are left.
+    pub(crate) fn par_bands(
+        &mut self,
+        height: u32,
+    ) -> impl IndexedParallelIterator<Item = Band<'_, C>> {
+        let Self { first, column, width, .. } = *self;
+        let len = width * height as usize;
+        let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
+        bands.enumerate().map(move |(i, (color, depth))| {
+            let first = first + i as i32 * height as i32;
+            Band::new((column, first), width, color, depth)
+        })
     }
 }
 

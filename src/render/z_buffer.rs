@@ -317,7 +317,7 @@ impl Raster {
     ) {
         let in_band = (span.y() - band.first()) as usize;
         let row = band.row(span.y());
-        let first = span.column() as usize;
+        let first = band.column(span.column());
         let columns = first..first + span.x.len();
         let mut visible = columns.clone();
         loop {
