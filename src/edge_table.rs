@@ -401,12 +401,19 @@ impl Iterator for Runs<'_> {
             Kind::Any(edges) => edges.next_run(),
         }
     }
+}
 
+impl<'a> Runs<'a> {
+    /// Calls `f` for each run of a convex outline, in a loop whose edges stay in registers. Of other
+    /// outlines the runs are returned.
     #[inline(always)]
-    fn fold<B, F: FnMut(B, Run) -> B>(self, init: B, f: F) -> B {
+    pub(crate) fn for_each_of_convex(self, f: impl FnMut(Run)) -> Option<Self> {
         match self.0 {
-            Kind::Convex(pair) => pair.fold(init, f),
-            Kind::Any(mut edges) => std::iter::from_fn(|| edges.next_run()).fold(init, f),
+            Kind::Convex(pair) => {
+                pair.for_each(f);
+                None
+            }
+            any @ Kind::Any(_) => Some(Self(any)),
         }
     }
 }
@@ -498,6 +505,23 @@ impl<'a> ActivePair<'a> {
     }
 }
 
+impl ActivePair<'_> {
+    /// Calls `f` for each run.
+    #[inline(always)]
+    fn for_each(mut self, mut f: impl FnMut(Run)) {
+        let Some(mut pair) = self.active else { return };
+        loop {
+            let [left, right] = &pair;
+            if left.x < right.x {
+                f(Run { y: left.rows.0, x: left.x..right.x, edges: [left.index, right.index] });
+            }
+            if !self.advance(&mut pair) {
+                return;
+            }
+        }
+    }
+}
+
 impl Iterator for ActivePair<'_> {
     type Item = Run;
 
@@ -510,23 +534,6 @@ impl Iterator for ActivePair<'_> {
             self.active = if self.advance(&mut pair) { Some(pair) } else { None };
             if !run.x.is_empty() {
                 return Some(run);
-            }
-        }
-    }
-
-    /// The loop that drawing runs in: the edges stay in registers.
-    #[inline(always)]
-    fn fold<B, F: FnMut(B, Run) -> B>(mut self, init: B, mut f: F) -> B {
-        let mut result = init;
-        let Some(mut pair) = self.active else { return result };
-        loop {
-            let [left, right] = &pair;
-            if left.x < right.x {
-                let edges = [left.index, right.index];
-                result = f(result, Run { y: left.rows.0, x: left.x..right.x, edges });
-            }
-            if !self.advance(&mut pair) {
-                return result;
             }
         }
     }

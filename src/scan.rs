@@ -282,17 +282,22 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
             }
         }
     }
+}
 
+impl<'a, const N: usize> Spans<'a, N> {
+    /// Calls `f` for each span of a convex polygon, in the loop of
+    /// [`Runs::for_each_of_convex`]. Of other polygons the spans are returned.
     #[inline(always)]
-    fn fold<B, F: FnMut(B, Span<'a, N>) -> B>(self, init: B, mut f: F) -> B {
+    pub(crate) fn for_each_of_convex(self, mut f: impl FnMut(Span<'a, N>)) -> Option<Self> {
         let Self { polygon, runs, columns } = self;
-        runs.fold(
-            init,
+        let runs = runs.for_each_of_convex(
             #[inline(always)]
-            |result, run| match Span::new(polygon, run, &columns) {
-                Some(span) => f(result, span),
-                None => result,
+            |run| {
+                if let Some(span) = Span::new(polygon, run, &columns) {
+                    f(span);
+                }
             },
-        )
+        )?;
+        Some(Self { polygon, runs, columns })
     }
 }

@@ -510,7 +510,7 @@ impl<const N: usize> Job<'_, N> {
         lines.extend(
             cuts(piece).filter_map(|(plane, front)| Dividing::new(plane, front, vertices, outline)),
         );
-        self.raster.draw(simd, within(spans, lines), band, shader);
+        within(spans, lines).for_each(|span| self.raster.draw_any(simd, span, band, shader));
     }
 }
 

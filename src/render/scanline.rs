@@ -634,9 +634,9 @@ impl<const N: usize> Job<'_, N> {
             for stroke in row.strokes() {
                 let (face, run) = &runs[stroke.run as usize];
                 let polygon = &self.active[*face as usize].polygon;
-                let span = Span::new(polygon, run.clone(), &stroke.columns);
+                let Some(span) = Span::new(polygon, run.clone(), &stroke.columns) else { continue };
                 let raster = Raster { test, write: !stroke.transparent, source: DepthSource::Z };
-                raster.draw(simd, span.into_iter(), band, shader);
+                raster.draw_any(simd, span, band, shader);
             }
         }
     }

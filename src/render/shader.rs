@@ -78,8 +78,18 @@ pub(crate) const ALL: u32 = (1 << LANES) - 1;
 
 /// What a renderer calls for the visible pixels of a block.
 pub(crate) trait Shader<const N: usize, C> {
-    /// Colours the visible lanes, and says which of them were not discarded. `steps` are those of
-    /// [`Block::steps`], `method` is that of the polygon.
+    /// Colours the lanes of a block that are all visible, and says which of them were not discarded.
+    /// `steps` are those of [`Block::steps`], `method` is that of the polygon.
+    fn shade_all<S: Simd>(
+        &self,
+        block: &Block<'_, '_, N>,
+        steps: f32x16<S>,
+        method: Method,
+        depth: f32x16<S>,
+        colors: &mut [C; LANES],
+    ) -> u32;
+
+    /// The same where some lanes are visible and the others have to keep their colours.
     fn shade<S: Simd>(
         &self,
         block: &Block<'_, '_, N>,
@@ -101,6 +111,25 @@ where
     F: Fn(&Fragment<'_, N>) -> R,
 {
     #[inline(always)]
+    fn shade_all<S: Simd>(
+        &self,
+        block: &Block<'_, '_, N>,
+        steps: f32x16<S>,
+        method: Method,
+        depth: f32x16<S>,
+        colors: &mut [C; LANES],
+    ) -> u32 {
+        let fragments = block.fragments(depth, ALL, block.params(steps, method));
+        let mut drawn = ALL;
+        // A plain loop, which the compiler may turn into SIMD.
+        for (lane, color) in colors.iter_mut().enumerate() {
+            let painted = (self.0)(&fragments.fragment(lane)).paint(color);
+            drawn &= !(u32::from(!painted) << lane);
+        }
+        drawn
+    }
+
+    #[inline(always)]
     fn shade<S: Simd>(
         &self,
         block: &Block<'_, '_, N>,
@@ -111,24 +140,20 @@ where
         colors: &mut [C; LANES],
     ) -> u32 {
         let fragments = block.fragments(depth, visible, block.params(steps, method));
-        let mut drawn = visible;
-        let mut shade = |lane: usize| {
+        let (mut drawn, mut left) = (visible, visible);
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
             let painted = (self.0)(&fragments.fragment(lane)).paint(&mut colors[lane]);
             drawn &= !(u32::from(!painted) << lane);
-        };
-        if visible == ALL {
-            // A plain loop, which the compiler may turn into SIMD.
-            (0..LANES).for_each(shade);
-        } else {
-            let mut left = visible;
-            while left != 0 {
-                shade(left.trailing_zeros() as usize % LANES);
-                left &= left - 1;
-            }
         }
         drawn
     }
 }
+
+/// Within one cache line, if it fits: what is stored there can be loaded at once.
+#[repr(align(64))]
+struct Aligned<T>(T);
 
 /// A shader that is called for a block of fragments.
 #[derive(Debug)]
@@ -140,6 +165,27 @@ where
     F: Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
 {
     #[inline(always)]
+    fn shade_all<S: Simd>(
+        &self,
+        block: &Block<'_, '_, N>,
+        steps: f32x16<S>,
+        method: Method,
+        depth: f32x16<S>,
+        colors: &mut [C; LANES],
+    ) -> u32 {
+        let mut fragments = block.fragments(depth, ALL, block.params(steps, method));
+        let before = *colors;
+        (self.0)(&mut fragments, colors);
+        let drawn = fragments.visible & ALL;
+        if drawn != ALL {
+            for lane in (0..LANES).filter(|lane| drawn >> lane & 1 == 0) {
+                colors[lane] = before[lane];
+            }
+        }
+        drawn
+    }
+
+    #[inline(always)]
     fn shade<S: Simd>(
         &self,
         block: &Block<'_, '_, N>,
@@ -150,21 +196,17 @@ where
         colors: &mut [C; LANES],
     ) -> u32 {
         let mut fragments = block.fragments(depth, visible, block.params(steps, method));
-        let mut shaded = *colors;
-        (self.0)(&mut fragments, &mut shaded);
+        let mut shaded = Aligned(*colors);
+        (self.0)(&mut fragments, &mut shaded.0);
         // What the shader made is stored here as a whole: only then does the compiler see that its
         // loop over the lanes can be SIMD, whatever becomes of each lane.
-        let shaded = *std::hint::black_box(&shaded);
+        let shaded = std::hint::black_box(&shaded).0;
         let drawn = fragments.visible & visible;
-        if drawn == ALL {
-            *colors = shaded;
-        } else {
-            // A loop over three arrays becomes one vector instruction that chooses.
-            let mask = mask32x16::from_bitmask(steps.simd, drawn.into());
-            let (before, mask) = (*colors, <[i32; LANES]>::from(mask));
-            for lane in 0..LANES {
-                colors[lane] = if mask[lane] != 0 { shaded[lane] } else { before[lane] };
-            }
+        // A loop over three arrays becomes one vector instruction that chooses.
+        let mask = mask32x16::from_bitmask(steps.simd, drawn.into());
+        let (before, mask) = (*colors, <[i32; LANES]>::from(mask));
+        for lane in 0..LANES {
+            colors[lane] = if mask[lane] != 0 { shaded[lane] } else { before[lane] };
         }
         drawn
     }
@@ -175,6 +217,18 @@ where
 pub(crate) struct DepthOnly;
 
 impl<const N: usize, C> Shader<N, C> for DepthOnly {
+    #[inline(always)]
+    fn shade_all<S: Simd>(
+        &self,
+        _: &Block<'_, '_, N>,
+        _: f32x16<S>,
+        _: Method,
+        _: f32x16<S>,
+        _: &mut [C; LANES],
+    ) -> u32 {
+        ALL
+    }
+
     #[inline(always)]
     fn shade<S: Simd>(
         &self,

@@ -17,7 +17,7 @@ use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
 use crate::render::framebuffer::{Band, Framebuffer};
 use crate::render::mesh::MeshScratch;
 use crate::render::shader::{ALL, DepthOnly, Paint, PerBlock, PerFragment, Shader};
-use crate::scan::ScanConverter;
+use crate::scan::{ScanConverter, Spans};
 use crate::span::Span;
 use crate::vertex::Vertex;
 
@@ -275,33 +275,43 @@ impl Raster {
 
     /// Draws spans into a band of the framebuffer that holds all of their rows.
     #[inline(always)]
-    pub(crate) fn draw<'a, S: Simd, C: Copy, const N: usize>(
+    pub(crate) fn draw<S: Simd, C: Copy, const N: usize>(
         self,
         simd: S,
-        spans: impl Iterator<Item = Span<'a, N>>,
+        spans: Spans<'_, N>,
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        // Only what is inlined is compiled for the level of `simd`.
-        spans.fold(
-            (),
+        // Code for the usual cases, in a loop of its own. All of it must be inlined: only then is it
+        // compiled for the instructions that `simd` stands for.
+        match (self == Self::USUAL, spans.polygon.method) {
+            (true, Method::Perspective) => spans.for_each_of_convex(
+                #[inline(always)]
+                |span| Self::USUAL.draw_span(simd, &span, Method::Perspective, band, shader),
+            ),
+            (true, Method::Constant) => spans.for_each_of_convex(
+                #[inline(always)]
+                |span| Self::USUAL.draw_span(simd, &span, Method::Constant, band, shader),
+            ),
+            _ => Some(spans),
+        }
+        .into_iter()
+        .flatten()
+        .for_each(|span| self.draw_any(simd, span, band, shader));
+    }
+
+    /// Draws any span.
+    #[inline(never)]
+    pub(crate) fn draw_any<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        span: Span<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        simd.vectorize(
             #[inline(always)]
-            |(), span| match (self == Self::USUAL, span.place.polygon.method) {
-                (true, Method::Perspective) => {
-                    Self::USUAL.draw_span(simd, &span, Method::Perspective, band, shader);
-                }
-                (true, Method::Constant) => {
-                    Self::USUAL.draw_span(simd, &span, Method::Constant, band, shader);
-                }
-                (_, method) => {
-                    // A copy, so that the span itself need not be in memory.
-                    let span = span.clone();
-                    simd.vectorize(
-                        #[inline(always)]
-                        || self.draw_span(simd, &span, method, band, shader),
-                    );
-                }
-            },
+            || self.draw_span(simd, &span, span.place.polygon.method, band, shader),
         );
     }
 
@@ -364,27 +374,54 @@ impl Raster {
             }
             self.draw_part(simd, &block, method, lanes & ALL, at, band, shader);
             if left <= LANES {
-                break;
+                return;
             }
             at = at.wrapping_add(LANES);
             block.x += LANES as i32;
-            let whole = at..end - (end - at) % LANES;
-            let colors = band.color.get_mut(whole.clone()).unwrap_or_default();
-            let depths = band.depth.get_mut(whole.clone()).unwrap_or_default();
-            let mut steps = block.steps(simd);
-            let blocks = colors.as_chunks_mut().0.iter_mut().zip(depths.as_chunks_mut().0);
-            for (colors, depths) in blocks {
-                self.draw_block(&block, steps, method, ALL, colors, depths, shader);
-                // Whole numbers, exact in f32.
-                steps += LANES as f32;
-                block.x += LANES as i32;
+            let done = self.draw_whole_blocks(simd, block, method, at..end, band, shader);
+            if at + done == end {
+                return;
             }
-            at = whole.end;
-            if at == end {
-                break;
-            }
+            // What is left is the end, or a block that is seen in part.
+            at += done;
+            block.x += done as i32;
             lanes = ALL;
         }
+    }
+
+    /// Draws blocks, the first of which is given, as long as all of their pixels are seen or none;
+    /// how many pixels that are.
+    #[inline(always)]
+    fn draw_whole_blocks<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        mut block: Block<'_, '_, N>,
+        method: Method,
+        pixels: Range<usize>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) -> usize {
+        let colors = band.color.get_mut(pixels.clone()).unwrap_or_default();
+        let depths = band.depth.get_mut(pixels).unwrap_or_default();
+        let first = block.x;
+        let mut steps = block.steps(simd);
+        for (colors, depths) in colors.as_chunks_mut().0.iter_mut().zip(depths.as_chunks_mut().0) {
+            let depth = self.depth(&block, steps);
+            let stored = f32x16::simd_from(simd, *depths);
+            let visible = self.test.passes(depth, stored) & ALL;
+            if visible == ALL {
+                let drawn = shader.shade_all(&block, steps, method, depth, colors);
+                if self.write {
+                    *depths = chosen(drawn, depth, stored);
+                }
+            } else if visible != 0 {
+                break;
+            }
+            // Whole numbers, exact in f32.
+            steps += LANES as f32;
+            block.x += LANES as i32;
+        }
+        (block.x - first) as usize
     }
 
     /// Draws a block that may have lanes outside the span. It may reach over the sides of the
@@ -432,10 +469,7 @@ impl Raster {
         depths: &mut Lanes,
         shader: &impl Shader<N, C>,
     ) {
-        let depth = match self.source {
-            DepthSource::Z => block.depth(steps),
-            DepthSource::InverseW => block.inverse_w(steps),
-        };
+        let depth = self.depth(block, steps);
         let stored = f32x16::simd_from(steps.simd, *depths);
         let visible = self.test.passes(depth, stored) & lanes;
         if visible == 0 {
@@ -443,8 +477,29 @@ impl Raster {
         }
         let drawn = shader.shade(block, steps, method, depth, visible, colors);
         if self.write {
-            let drawn = mask32x16::from_bitmask(steps.simd, drawn.into());
-            *depths = drawn.select(depth, stored).into();
+            *depths = chosen(drawn, depth, stored);
         }
     }
+
+    /// What is compared and stored.
+    #[inline(always)]
+    fn depth<S: Simd, const N: usize>(
+        self,
+        block: &Block<'_, '_, N>,
+        steps: f32x16<S>,
+    ) -> f32x16<S> {
+        match self.source {
+            DepthSource::Z => block.depth(steps),
+            DepthSource::InverseW => block.inverse_w(steps),
+        }
+    }
+}
+
+/// The new depths of the lanes that were drawn, the old ones of the others.
+#[inline(always)]
+fn chosen<S: Simd>(drawn: u32, new: f32x16<S>, old: f32x16<S>) -> Lanes {
+    if drawn == ALL {
+        return new.into();
+    }
+    mask32x16::from_bitmask(new.simd, drawn.into()).select(new, old).into()
 }
