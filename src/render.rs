@@ -3,6 +3,7 @@
 mod framebuffer;
 mod coarse_depth;
 mod shader;
+mod raster;
 mod mesh;
 #[cfg(not(feature = "parallel"))]
 mod sequential;

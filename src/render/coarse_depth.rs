@@ -20,6 +20,10 @@ const TILE_HEIGHT: usize = 8;
 /// The pixels tested in a tile after which its bound is found again.
 const TILE_WORK: u32 = (TILE_WIDTH * TILE_HEIGHT) as u32;
 
+/// After so many polygons of which none was hidden, only one in [`PROBE`] is asked for until one is.
+const MISSES: u32 = 64;
+const PROBE: u32 = 16;
+
 /// A polygon that touches more tiles than this is looked at span by span.
 const FEW_TILES: usize = 4;
 
@@ -32,6 +36,8 @@ pub(crate) struct CoarseDepth {
     /// Pixels in a row.
     width: usize,
     order: Order,
+    /// How many polygons were asked for since one was hidden.
+    misses: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +70,7 @@ impl CoarseDepth {
             DepthTest::GreaterEqual => Order::Greater { equal: true },
             _ => Order::None,
         };
+        self.misses = 0;
         self.width = width;
         self.columns = width.div_ceil(TILE_WIDTH);
         let farthest = match self.order {
@@ -73,6 +80,13 @@ impl CoarseDepth {
         self.tiles.clear();
         self.tiles.resize(self.columns * rows.div_ceil(TILE_HEIGHT), Tile { farthest, work: 0 });
         self.order != Order::None
+    }
+
+    /// Whether the next polygon had better be drawn without asking, since none is hidden here.
+    #[inline(always)]
+    pub(crate) fn is_idle(&mut self) -> bool {
+        self.misses = self.misses.wrapping_add(1);
+        self.misses > MISSES && !self.misses.is_multiple_of(PROBE)
     }
 
     /// Whether a polygon is hidden that has its pixels within these columns and rows of the band,
@@ -92,6 +106,7 @@ impl CoarseDepth {
         }
         let tiles = || down.clone().flat_map(|y| across.clone().map(move |x| (x, y)));
         if tiles().all(|(x, y)| self.hides(pixels, x, y, depths)) {
+            self.misses = 0;
             return true;
         }
         // Polygons fill about half of their bounding boxes.

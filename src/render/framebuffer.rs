@@ -130,7 +130,7 @@ impl<C: Copy + Send> Framebuffer<C> {
 #[derive(Debug)]
 pub(crate) struct Band<'a, C> {
     /// The first row.
-    first: i32,
+    pub(crate) first: i32,
     /// The first column.
     column: i32,
     width: usize,
@@ -196,12 +196,6 @@ impl<'a, C> Band<'a, C> {
                 (*color, *depth) = (colors[lane], depths[lane]);
             }
         }
-    }
-
-    /// The row of the framebuffer that the band begins with.
-    #[inline(always)]
-    pub(crate) fn first(&self) -> i32 {
-        self.first
     }
 
     /// The number of columns.

@@ -9,9 +9,9 @@
 //!    thread, in the order in which they were given, so the picture does not depend on the number
 //!    of threads. No face is looked at by a band that it does not touch.
 //!
-//! The memory that this takes is kept. With N parameters it is 24 bytes a vertex; 4 bytes a face and
-//! a corner; for each band that a face touches 4 bytes, and if the face is small 32 + 4 N bytes a
-//! corner, rounded up to 16; and 40 + 8 N bytes for a vertex of a clipped face.
+//! The memory that this takes is kept. With N parameters it is 12 bytes a vertex; 4 bytes a face and
+//! a corner; for each band that a face touches 12 bytes, and if it takes its vertices along 24 + 4 N
+//! bytes a corner, rounded up to 16 twice; and 32 + 8 N bytes for a vertex of a clipped face.
 
 use std::ops::Range;
 
@@ -27,10 +27,10 @@ use crate::polygon::{ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect};
 use crate::render::coarse_depth::CoarseDepth;
 use crate::render::framebuffer::{Band, Framebuffer};
+use crate::render::raster::Raster;
 #[cfg(not(feature = "parallel"))]
 use crate::render::sequential::*;
 use crate::render::shader::Shader;
-use crate::render::z_buffer::Raster;
 use crate::scan::{Cull, ScanConverter, Spans};
 use crate::vertex::Vertex;
 
@@ -272,24 +272,31 @@ impl<const N: usize> Job<'_, N> {
         let mut carried = bin.vertices.as_slice();
         for &Binned { face, kind } in &bin.faces {
             worker.polygon.face = faces.first.wrapping_add(face);
-            match kind {
-                Kind::Triangle => {
-                    let Some((triangle, rest)) = carried.split_first_chunk() else { return };
+            let vertex = |i: u32| (&self.vertices[i as usize], corners[i as usize].point);
+            let triangle = match (kind, faces.get(face as usize)) {
+                (Kind::Triangle, _) => {
+                    let Some(([a, b, c], rest)) = carried.split_first_chunk() else { return };
                     carried = rest;
-                    worker.set_up_triangle(self, triangle, &rows);
+                    Some([(&a.0, a.1), (&b.0, b.1), (&c.0, c.1)])
                 }
-                Kind::Quad => {
+                (Kind::Quad, _) => {
                     let Some((quad, rest)) = carried.split_first_chunk::<4>() else { return };
                     carried = rest;
                     worker.set_up(self, quad.iter().map(|(v, p)| (v, *p)), &rows);
+                    None
                 }
-                Kind::Whole => {
-                    let corner = |&i: &u32| (&self.vertices[i as usize], corners[i as usize].point);
-                    worker.set_up(self, faces.get(face as usize).iter().map(corner), &rows);
+                (Kind::Whole, &[a, b, c]) => Some([vertex(a), vertex(b), vertex(c)]),
+                (Kind::Whole, indices) => {
+                    worker.set_up(self, indices.iter().map(|&i| vertex(i)), &rows);
+                    None
                 }
-                Kind::Clipped(number) => {
+                (Kind::Clipped(number), _) => {
                     worker.set_up_clipped(self, chunk.clipped(number as usize), &rows);
+                    None
                 }
+            };
+            if let Some(triangle) = triangle {
+                worker.set_up_triangle(self, triangle, &rows);
             }
             if self.is_hidden(worker, band, &rows) {
                 continue;
@@ -303,8 +310,11 @@ impl<const N: usize> Job<'_, N> {
     /// Whether the coarse depth hides the face that is set up.
     #[inline(always)]
     fn is_hidden<C>(&self, worker: &Worker<N>, band: &mut Band<'_, C>, rows: &Range<i32>) -> bool {
-        let first = band.first();
+        let first = band.first;
         let Some(coarse) = &mut band.coarse else { return false };
+        if coarse.is_idle() {
+            return false;
+        }
         let Some((columns, rows)) = worker.edges.extent(&self.columns, rows) else { return false };
         let Rect { x, y, .. } = self.scan.viewport.rect();
         let place = |range: Range<i32>, corner: i32| {
@@ -479,9 +489,13 @@ impl<const N: usize> Chunk<N> {
 impl<const N: usize> Worker<N> {
     /// Takes a triangle, much the most common face, as far as its edges and planes.
     #[inline(always)]
-    fn set_up_triangle(&mut self, job: &Job<'_, N>, face: &[Carried<N>; 3], rows: &Range<i32>) {
-        let [(a, pa), (b, pb), (c, pc)] = face;
-        self.edges.fill_convex(&[*pa, *pb, *pc], rows);
+    fn set_up_triangle(
+        &mut self,
+        job: &Job<'_, N>,
+        [(a, pa), (b, pb), (c, pc)]: [(&Vertex<N>, FixedPoint); 3],
+        rows: &Range<i32>,
+    ) {
+        self.edges.fill_convex(&[pa, pb, pc], rows);
         let affine = job.scan.is_affine(3, Outcome::Inside);
         self.polygon.set_up_triangle(&job.setup, [a, b, c], affine);
     }

@@ -50,10 +50,11 @@ use crate::polygon::widest_triangle;
 use crate::project::{FixedPoint, Projection, Rect, ScreenVertex, Viewport};
 use crate::render::bsp::{BspTree, FaceList, Group, NONE, Piece};
 use crate::render::framebuffer::{Band, Framebuffer};
+use crate::render::raster::Raster;
 #[cfg(not(feature = "parallel"))]
 use crate::render::sequential::*;
 use crate::render::shader::{Paint, PerBlock, PerFragment, Shader};
-use crate::render::z_buffer::{DepthSource, DepthTest, Raster};
+use crate::render::z_buffer::{DepthSource, DepthTest};
 use crate::scan::{ScanConverter, Spans};
 use crate::span::Span;
 use crate::vertex::Vertex;

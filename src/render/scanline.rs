@@ -33,11 +33,12 @@ use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::polygon::ScreenPolygon;
 use crate::project::{FixedPoint, Rect, Viewport};
 use crate::render::framebuffer::{Band, Framebuffer};
+use crate::render::raster::Raster;
 #[cfg(not(feature = "parallel"))]
 use crate::render::sequential::*;
 use crate::render::shader::{Paint, PerBlock, PerFragment, Shader};
 use crate::render::visible::{DepthLine, Row};
-use crate::render::z_buffer::{DepthSource, DepthTest, Raster};
+use crate::render::z_buffer::{DepthSource, DepthTest};
 use crate::scan::{ScanConverter, ScreenOutline};
 use crate::span::Span;
 use crate::vertex::Vertex;

@@ -1,0 +1,340 @@
+//! From spans to pixels: the inner loops of the renderers.
+//!
+//! A span comes in. Its pixels are taken in blocks that begin at cache lines; each is tested against
+//! the stored depths, and shaded if one of its pixels is seen.
+//!
+//! All of a loop must be inlined into a function for the instructions that `simd` stands for, or it
+//! is not compiled for them. And a shader is compiled once for each place that calls it, so these are
+//! few: short spans within the loop over the rows of a polygon, long spans in a function of their
+//! own, and both again for the less usual settings.
+
+use std::ops::Range;
+
+use fearless_simd::{Select, Simd, SimdFrom, SimdMask, f32x16, mask32x16};
+
+use crate::fragment::{Block, LANES, Lanes};
+use crate::polygon::Method;
+use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
+use crate::render::framebuffer::Band;
+use crate::render::shader::{ALL, Shader};
+use crate::render::z_buffer::{DepthSource, DepthTest};
+use crate::scan::Spans;
+use crate::span::Span;
+
+/// What to do with fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Raster {
+    pub(crate) test: DepthTest,
+    pub(crate) write: bool,
+    pub(crate) source: DepthSource,
+}
+
+impl Raster {
+    /// Prepares a coarse depth for a band; whether it helps.
+    pub(crate) fn restart<C>(self, coarse: &mut CoarseDepth, band: &Band<'_, C>) -> bool {
+        self.source == DepthSource::Z && coarse.restart(self.test, band.width(), band.rows().len())
+    }
+
+    /// The usual settings, for which the code is specialised.
+    const USUAL: Self = Self { test: DepthTest::Less, write: true, source: DepthSource::Z };
+
+    /// Draws spans into a band of the framebuffer that holds all of their rows.
+    #[inline(always)]
+    pub(crate) fn draw<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        spans: Spans<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let left = match (self == Self::USUAL, spans.polygon.method) {
+            (true, Method::Perspective) => spans.for_each_of_convex(
+                #[inline(always)]
+                |span| self.draw_span::<Perspective, _, _, N>(simd, span, band, shader),
+            ),
+            (true, Method::Constant) => spans.for_each_of_convex(
+                #[inline(always)]
+                |span| self.draw_span::<Constant, _, _, N>(simd, span, band, shader),
+            ),
+            _ => Some(spans),
+        };
+        for span in left.into_iter().flatten() {
+            self.draw_any(simd, span, band, shader);
+        }
+    }
+
+    /// Draws any span.
+    #[inline(never)]
+    pub(crate) fn draw_any<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        span: Span<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.draw_span::<AnyCase, _, _, N>(simd, span, band, shader),
+        );
+    }
+
+    /// Draws a span.
+    #[inline(always)]
+    fn draw_span<K: Case, S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        span: Span<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let (raster, method) = K::of(self, span.place.polygon.method);
+        let start = band.row(span.y()) + band.column(span.column());
+        let before = (start + band.line_offset) % LANES;
+        let mut left = before + span.x.len();
+        if left > 2 * LANES {
+            return self.draw_long_span::<K, _, _, N>(simd, span, band, shader);
+        }
+        let mut at = start.wrapping_sub(before);
+        let mut block = Block { span: &span, x: span.x.start - before as i32 };
+        let mut lanes = ALL << before & ALL;
+        loop {
+            if left < LANES {
+                lanes &= ALL >> (LANES - left);
+            }
+            raster.draw_part(simd, &block, method, lanes, at, band, shader);
+            if left <= LANES {
+                return;
+            }
+            left -= LANES;
+            at = at.wrapping_add(LANES);
+            block.x += LANES as i32;
+            lanes = ALL;
+        }
+    }
+
+    /// Draws a span of more than two blocks, if it is very long without the parts that the coarse
+    /// depth hides.
+    #[inline(never)]
+    fn draw_long_span<K: Case, S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        span: Span<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let first = band.column(span.column());
+                let end = first + span.x.len();
+                let mut visible = first..end;
+                loop {
+                    if end - first > TILE_WIDTH
+                        && let Some(coarse) = &mut band.coarse
+                    {
+                        let depth = |column: usize| span.depth_at((column - first) as i32);
+                        let row = (span.y() - band.first) as usize;
+                        visible = coarse.next_visible(band.depth, row, visible.start..end, depth);
+                    }
+                    if !visible.is_empty() {
+                        self.draw_columns::<K, _, _, N>(simd, &span, &visible, band, shader);
+                    }
+                    if visible.end == end {
+                        return;
+                    }
+                    visible = visible.end..end;
+                }
+            },
+        );
+    }
+
+    /// Draws some columns of a span, counted from the left of the band: a first block that may have
+    /// lanes before them, then whole ones, then what is left.
+    #[inline(always)]
+    fn draw_columns<K: Case, S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        span: &Span<'_, N>,
+        columns: &Range<usize>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let (raster, method) = K::of(self, span.place.polygon.method);
+        let row = band.row(span.y());
+        let (start, end) = (row + columns.start, row + columns.end);
+        let before = (start + band.line_offset) % LANES;
+        let offset = columns.start - band.column(span.column());
+        let mut block = Block { span, x: span.x.start + offset as i32 - before as i32 };
+        let mut at = start.wrapping_sub(before);
+        let mut lanes = ALL << before & ALL;
+        loop {
+            let left = end.wrapping_sub(at);
+            if left < LANES {
+                lanes &= ALL >> (LANES - left);
+            }
+            raster.draw_part(simd, &block, method, lanes, at, band, shader);
+            if left <= LANES {
+                return;
+            }
+            at = at.wrapping_add(LANES);
+            block.x += LANES as i32;
+            let done = raster.draw_whole_blocks(simd, block, method, at..end, band, shader);
+            if at + done == end {
+                return;
+            }
+            // What is left is the end, or a block that is seen in part.
+            at += done;
+            block.x += done as i32;
+            lanes = ALL;
+        }
+    }
+
+    /// Draws blocks, the first of which is given, as long as all of their pixels are seen or none;
+    /// how many pixels that are.
+    #[inline(always)]
+    fn draw_whole_blocks<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        mut block: Block<'_, '_, N>,
+        method: Method,
+        pixels: Range<usize>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) -> usize {
+        let colors = band.color.get_mut(pixels.clone()).unwrap_or_default();
+        let depths = band.depth.get_mut(pixels).unwrap_or_default();
+        let first = block.x;
+        let mut steps = block.steps(simd);
+        for (colors, depths) in colors.as_chunks_mut().0.iter_mut().zip(depths.as_chunks_mut().0) {
+            let depth = self.depth(&block, steps);
+            let stored = f32x16::simd_from(simd, *depths);
+            let visible = self.test.passes(depth, stored) & ALL;
+            if visible == ALL {
+                let drawn = shader.shade_all(&block, steps, method, depth, colors);
+                if self.write {
+                    *depths = chosen(drawn, depth, stored);
+                }
+            } else if visible != 0 {
+                break;
+            }
+            // Whole numbers, exact in f32.
+            steps += LANES as f32;
+            block.x += LANES as i32;
+        }
+        (block.x - first) as usize
+    }
+
+    /// Draws a block that may have lanes outside the span. It may reach over the sides of the
+    /// framebuffer: into the next row, whose pixels are put back, or out of the band.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "all that there is about a block")]
+    fn draw_part<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        block: &Block<'_, '_, N>,
+        method: Method,
+        lanes: u32,
+        at: usize,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let steps = block.steps(simd);
+        let colors = band.color.get_mut(at..).and_then(<[C]>::first_chunk_mut);
+        let depths = band.depth.get_mut(at..).and_then(<[f32]>::first_chunk_mut);
+        let mut copy = None;
+        let (colors, depths) = match (colors, depths) {
+            (Some(colors), Some(depths)) => (colors, depths),
+            _ => {
+                let Some(pixels) = band.copy(at) else { return };
+                let (colors, depths) = copy.insert(pixels);
+                (colors, depths)
+            }
+        };
+        self.draw_block(block, steps, method, lanes, colors, depths, shader);
+        if let Some((colors, depths)) = &copy {
+            band.put_back(at, colors, depths);
+        }
+    }
+
+    /// The depth test, and if a lane passes, the shader.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "all that there is about a block")]
+    fn draw_block<S: Simd, C: Copy, const N: usize>(
+        self,
+        block: &Block<'_, '_, N>,
+        steps: f32x16<S>,
+        method: Method,
+        lanes: u32,
+        colors: &mut [C; LANES],
+        depths: &mut Lanes,
+        shader: &impl Shader<N, C>,
+    ) {
+        let depth = self.depth(block, steps);
+        let stored = f32x16::simd_from(steps.simd, *depths);
+        let visible = self.test.passes(depth, stored) & lanes;
+        if visible == 0 {
+            return;
+        }
+        let drawn = shader.shade(block, steps, method, depth, visible, colors);
+        if self.write {
+            *depths = chosen(drawn, depth, stored);
+        }
+    }
+
+    /// What is compared and stored.
+    #[inline(always)]
+    fn depth<S: Simd, const N: usize>(
+        self,
+        block: &Block<'_, '_, N>,
+        steps: f32x16<S>,
+    ) -> f32x16<S> {
+        match self.source {
+            DepthSource::Z => block.depth(steps),
+            DepthSource::InverseW => block.inverse_w(steps),
+        }
+    }
+}
+
+/// A case that the code is compiled for on its own.
+trait Case {
+    /// The settings and the method; constants where the case has only one.
+    fn of(raster: Raster, method: Method) -> (Raster, Method);
+}
+
+/// The usual settings, and all parameters in perspective.
+struct Perspective;
+
+/// The usual settings, and equal w.
+struct Constant;
+
+struct AnyCase;
+
+impl Case for Perspective {
+    #[inline(always)]
+    fn of(_: Raster, _: Method) -> (Raster, Method) {
+        (Raster::USUAL, Method::Perspective)
+    }
+}
+
+impl Case for Constant {
+    #[inline(always)]
+    fn of(_: Raster, _: Method) -> (Raster, Method) {
+        (Raster::USUAL, Method::Constant)
+    }
+}
+
+impl Case for AnyCase {
+    #[inline(always)]
+    fn of(raster: Raster, method: Method) -> (Raster, Method) {
+        (raster, method)
+    }
+}
+
+/// The new depths of the lanes that were drawn, the old ones of the others.
+#[inline(always)]
+fn chosen<S: Simd>(drawn: u32, new: f32x16<S>, old: f32x16<S>) -> Lanes {
+    if drawn == ALL {
+        return new.into();
+    }
+    mask32x16::from_bitmask(new.simd, drawn.into()).select(new, old).into()
+}
