@@ -17,7 +17,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use polyscan::clip::{Clipped, Clipper};
-use polyscan::{ClipPlane, Fragment, Interpolation, Rect, ScanConverter, Span, Vertex};
+use polyscan::{ClipPlane, FillRule, Fragment, Interpolation, Rect, ScanConverter, Span, Vertex};
 use polyscan_fuzz::{Bytes, N};
 
 /// How many rows are scanned, spans and fragments are looked at: what bounds the time of a run.
@@ -182,7 +182,16 @@ fuzz_target!(|data: &[u8]| {
         let scissor = scan.scissor.unwrap_or(viewport.rect());
         let mut before = (i32::MIN, i32::MIN);
         let mut fragments = FRAGMENTS;
-        for span in scan.spans(&polygon).take(SPANS) {
+        // With enough vertices, one contour or two, by the last bytes.
+        let kind = usize::from(bytes.byte());
+        scan.fill_rule = if kind & 1 == 0 { FillRule::NonZero } else { FillRule::EvenOdd };
+        let cut = if kind & 2 == 0 || polygon.len() < 6 {
+            0
+        } else {
+            3 + (kind >> 2) % (polygon.len() - 5)
+        };
+        let (hole, outer) = polygon.split_at(cut);
+        for span in scan.spans(&[hole, outer]).take(SPANS) {
             assert!(!span.x().is_empty());
             assert!(inside(viewport.rect(), &span) && inside(scissor, &span), "{span:?}");
             assert!((span.y(), span.x().start) >= before, "{span:?} after {before:?}");
