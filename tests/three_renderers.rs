@@ -182,15 +182,21 @@ fn check(scene: &Scene, tree: &BspTree<2>, view: &View, seed: u64) -> Tally {
     tally
 }
 
-/// The kinds of scenes, and how many of a kind for each hundred.
-const KINDS: [(&str, fn(&mut Rng) -> Scene, u64); 3] = [
-    ("triangles and flat polygons", random_scene, 50),
-    ("concave faces", concave_scene, 40),
-    ("solids", solids, 10),
+struct Kind {
+    name: &'static str,
+    scene: fn(&mut Rng) -> Scene,
+    /// Scenes of this kind in a hundred.
+    share: u64,
+}
+
+const KINDS: [Kind; 3] = [
+    Kind { name: "triangles and flat polygons", scene: random_scene, share: 50 },
+    Kind { name: "concave faces", scene: concave_scene, share: 40 },
+    Kind { name: "solids", scene: solids, share: 10 },
 ];
 
 fn check_kinds(first_seed: u64, hundreds: u64) -> Tally {
-    let tallies = KINDS.map(|(name, scene, share)| {
+    let tallies = KINDS.map(|Kind { name, scene, share }| {
         let tally = in_threads(first_seed..first_seed + hundreds * share, |seed| {
             let rng = &mut Rng::new(seed);
             let scene = scene(rng);
