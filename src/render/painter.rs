@@ -66,7 +66,7 @@ const BAND: u32 = 32;
 ///
 /// What it is for is transparency: every pixel's polygons are blended in their true order, also where
 /// they cross, to the pixel. For opaque polygons it gives the picture of the
-/// [z-buffer](crate::ZBuffer), to the bit except where surfaces cross within 1/512 pixel of a pixel's
+/// [z-buffer](crate::ZBuffer), to the bit except where surfaces meet within 1/512 pixel of a pixel's
 /// centre, and takes some four times as long, and longer the more polygons lie behind each other,
 /// since all of them are shaded.
 ///

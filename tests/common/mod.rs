@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test file compiles this module and uses its own part of it")]
 
+pub(crate) mod crossing;
 pub(crate) mod generators;
 pub(crate) mod oracle;
 

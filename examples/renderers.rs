@@ -1,0 +1,439 @@
+//! One scene through all renderers: what each of them takes, and where their pictures differ.
+//!
+//! Around a model there are squares through each other, a ring (a polygon with a hole), and three
+//! panes of glass that cross. The opaque part is the same by all but the depth sort. With the glass it
+//! is the same by the painter's tree and the scanline renderer; a z-buffer needs the panes in their
+//! order, and they have none. What is left are a few pixels in whose middle two faces meet: there the
+//! painter's tree decides by planes, the others by depth.
+
+use std::error::Error;
+use std::f32::consts::TAU;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use clap::Parser;
+use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+use glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
+use image::{GenericImage, RgbaImage};
+use indicatif::{ProgressBar, ProgressStyle};
+use polyscan::obj::Model;
+use polyscan::render::{Over, Plus};
+use polyscan::{BspTree, Fragment, Framebuffer, Painter, Scanline, Vertex, ZBuffer, record};
+
+/// Draw one scene by the z-buffer, the painter's and the scanline renderer, and compare them.
+#[derive(Parser)]
+struct Options {
+    /// The model in the middle.
+    #[arg(default_value = "examples/assets/cottage.obj")]
+    model: PathBuf,
+    /// The picture to write: the scene, and beside it in red where the z-buffer draws it otherwise.
+    /// Its name's ending chooses the format.
+    #[arg(long, default_value = "target/renderers.png")]
+    output: PathBuf,
+    /// Width and height of the scene in pixels.
+    #[arg(long, default_value = "480x360", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Turn of the camera around the model, in degrees, to the right.
+    #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
+    yaw: f32,
+    /// Height of the camera over the model's level, in degrees, from -90 to 90.
+    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
+    pitch: f32,
+    /// How often each renderer is timed; the median is shown.
+    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    frames: u16,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let (width, height) = text.split_once('x').ok_or("write it as 480x360")?;
+    let side = |side: &str| match side.parse() {
+        Ok(pixels @ 1..=8192) => Ok(pixels),
+        _ => Err(format!("`{side}` is not a number of pixels from 1 to 8192")),
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+record! {
+    /// What goes from the vertices to the pixels.
+    struct Surface {
+        uv: Vec2,
+        normal: Vec3,
+    }
+}
+
+/// Each pixel is the mean of this many samples in x and in y.
+const SAMPLES: u32 = 2;
+const FIELD_OF_VIEW: f32 = 0.6;
+/// The colour behind everything, in linear light.
+const BACKGROUND: Vec4 = vec4(0.68, 0.76, 0.82, 1.0);
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse();
+    let loaded = Model::load(&options.model)?;
+    for warning in &loaded.warnings {
+        eprintln!("warning: {warning}");
+    }
+    if let Some(folder) = options.output.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let scene = Scene::around(&loaded.model);
+    let (width, height) = options.size;
+    let camera = Camera::new(&scene, width as f32 / height as f32, &options);
+    let size = (width * SAMPLES, height * SAMPLES);
+
+    let timings = 2 * RENDERERS.len() as u64 * u64::from(options.frames);
+    let bar = ProgressBar::new(timings)
+        .with_style(ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left")?);
+    let opaque = compare(&scene, scene.glass, &camera, size, options.frames, &bar)?;
+    let all = compare(&scene, scene.faces.len(), &camera, size, options.frames, &bar)?;
+    bar.finish_and_clear();
+    println!("{}, {} x {} samples", options.model.display(), size.0, size.1);
+    opaque.print("opaque faces");
+    all.print("with three panes of glass that cross");
+
+    picture(&all)?.save(&options.output)?;
+    println!("\nwrote {}", options.output.display());
+    Ok(())
+}
+
+// ------------------------------------------------------------------------------------- comparison
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Renderer {
+    ZBuffer,
+    DepthSort,
+    Painter,
+    Scanline,
+}
+
+/// The last is what the others are compared with.
+const RENDERERS: [(Renderer, &str); 4] = [
+    (Renderer::ZBuffer, "z-buffer"),
+    (Renderer::DepthSort, "painter, by depth"),
+    (Renderer::Painter, "painter, by tree"),
+    (Renderer::Scanline, "scanline"),
+];
+
+struct Comparison {
+    faces: usize,
+    pieces: usize,
+    build_milliseconds: f64,
+    /// Pixels that any face covers.
+    covered: u64,
+    /// Faces at those, summed up.
+    layers: u64,
+    results: Vec<Measured>,
+}
+
+struct Measured {
+    name: &'static str,
+    milliseconds: f64,
+    shaded: u64,
+    frame: Framebuffer<Vec4>,
+}
+
+/// Draws the first faces of a scene by each renderer, so many times.
+fn compare(
+    scene: &Scene<'_>,
+    faces: usize,
+    camera: &Camera,
+    (width, height): (u32, u32),
+    times: u16,
+    bar: &ProgressBar,
+) -> Result<Comparison, Box<dyn Error>> {
+    let start = Instant::now();
+    let tree = BspTree::new(&scene.vertices, &scene.faces[..faces]);
+    let build_milliseconds = milliseconds(start);
+    let part = Part { scene, faces, tree: &tree, camera };
+    let mut counts = Framebuffer::new(width, height, 0u32)?;
+    let count = |_: &Fragment<'_, 5>| Plus(1);
+    Painter::new(counts.viewport()).draw(&mut counts, &tree, camera.clip_from_object, count);
+
+    let mut results = Vec::new();
+    for (renderer, name) in RENDERERS {
+        let mut frame = Framebuffer::new(width, height, BACKGROUND)?;
+        let shaded = AtomicU64::new(0);
+        part.draw(renderer, &mut frame, |face, surface| {
+            shaded.fetch_add(1, Ordering::Relaxed);
+            scene.shade(face, surface, camera.light)
+        });
+        let mut runs: Vec<f64> = Vec::new();
+        for _ in 0..times {
+            let start = Instant::now();
+            frame.clear(BACKGROUND, 1.0);
+            part.draw(renderer, &mut frame, |face, surface| {
+                scene.shade(face, surface, camera.light)
+            });
+            runs.push(milliseconds(start));
+            bar.inc(1);
+        }
+        runs.sort_by(f64::total_cmp);
+        let (milliseconds, shaded) = (runs[runs.len() / 2], shaded.into_inner());
+        results.push(Measured { name, milliseconds, shaded, frame });
+    }
+    Ok(Comparison {
+        faces,
+        pieces: tree.pieces(),
+        build_milliseconds,
+        covered: counts.color().iter().filter(|&&layers| layers > 0).count() as u64,
+        layers: counts.color().iter().map(|&layers| u64::from(layers)).sum(),
+        results,
+    })
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+impl Comparison {
+    fn print(&self, title: &str) {
+        let Self { faces, pieces, covered, layers, build_milliseconds, .. } = self;
+        let depth = *layers as f64 / (*covered).max(1) as f64;
+        println!("\n{title}: {faces} faces, {depth:.2} at each of the {covered} pixels covered;");
+        println!("the painter's tree has {pieces} pieces, built in {build_milliseconds:.1} ms");
+        println!("                        ms  fragments shaded  overdraw  pixels that differ");
+        for Measured { name, milliseconds, shaded, frame } in &self.results {
+            let overdraw = *shaded as f64 / (*covered).max(1) as f64;
+            let differ = self.differing(frame).filter(|&differs| differs).count();
+            println!("{name:18} {milliseconds:7.1}  {shaded:16}  {overdraw:8.2}  {differ:18}");
+        }
+    }
+
+    /// For each pixel, whether a picture differs from that of the last renderer, in any bit.
+    fn differing<'a>(&'a self, frame: &'a Framebuffer<Vec4>) -> impl Iterator<Item = bool> + 'a {
+        let bits = |color: &Vec4| color.to_array().map(f32::to_bits);
+        let expected = self.results.last().map_or(frame, |last| &last.frame).color();
+        frame.color().iter().zip(expected).map(move |(a, b)| bits(a) != bits(b))
+    }
+}
+
+/// The scene, and beside it in red on grey where the z-buffer's picture is another.
+fn picture(comparison: &Comparison) -> Result<RgbaImage, Box<dyn Error>> {
+    let [z_buffer, .., scanline] = comparison.results.as_slice() else {
+        return Err("there is nothing to compare".into());
+    };
+    let mut marked = scanline.frame.clone();
+    let differing = comparison.differing(&z_buffer.frame);
+    for (color, differs) in marked.color_mut().iter_mut().zip(differing) {
+        // Luminance of sRGB's primaries (ITU-R BT.709), with less contrast than the scene.
+        let grey = 0.45 + 0.45 * color.dot(vec4(0.2126, 0.7152, 0.0722, 0.0));
+        *color = if differs { vec4(0.8, 0.05, 0.02, 1.0) } else { Vec3::splat(grey).extend(1.0) };
+    }
+    let [left, right] = [scanline.frame.reduced(SAMPLES)?, marked.reduced(SAMPLES)?];
+    let [left, right] = [left.to_image(), right.to_image()];
+    let mut both = RgbaImage::new(left.width() + right.width(), left.height());
+    both.copy_from(&left, 0, 0)?;
+    both.copy_from(&right, left.width(), 0)?;
+    Ok(both)
+}
+
+// ----------------------------------------------------------------------------------------- drawing
+
+/// Some faces of a scene, seen from somewhere.
+struct Part<'a> {
+    scene: &'a Scene<'a>,
+    /// How many faces, from the first.
+    faces: usize,
+    tree: &'a BspTree<5>,
+    camera: &'a Camera,
+}
+
+impl Part<'_> {
+    /// Draws the faces on a frame that shows the background. `shader` is given the number of a face.
+    fn draw(
+        &self,
+        renderer: Renderer,
+        frame: &mut Framebuffer<Vec4>,
+        shader: impl Fn(usize, Surface) -> Over + Sync,
+    ) {
+        let (scene, matrix) = (self.scene, self.camera.clip_from_object);
+        let faces = &scene.faces[..self.faces];
+        let shade = |f: &Fragment<'_, 5>| shader(f.face as usize, f.params.into());
+        if renderer == Renderer::Painter {
+            Painter::new(frame.viewport()).draw(frame, self.tree, matrix, shade);
+            return;
+        }
+        let in_clip_space = |v: &Vertex<5>| Vertex { position: matrix * v.position, ..*v };
+        let vertices: Vec<_> = scene.vertices.iter().map(in_clip_space).collect();
+        match renderer {
+            Renderer::DepthSort => {
+                Painter::new(frame.viewport()).draw_sorted(frame, &vertices, faces, shade);
+            }
+            Renderer::ZBuffer => {
+                let mut z_buffer = ZBuffer::new(frame.viewport());
+                z_buffer.draw_mesh(frame, &vertices, &faces[..scene.glass], shade);
+                // The best that it can do: the panes from the farthest middle to the nearest.
+                let middle = |&face: &usize| -> f32 {
+                    let ws = faces[face].iter().map(|&i| vertices[i as usize].position.w);
+                    ws.sum::<f32>() / faces[face].len() as f32
+                };
+                let mut panes: Vec<_> = (scene.glass..faces.len()).collect();
+                panes.sort_by(|a, b| middle(b).total_cmp(&middle(a)));
+                z_buffer.depth_write = false;
+                let sorted = panes.iter().map(|&face| &faces[face]);
+                z_buffer.draw_mesh(frame, &vertices, sorted, |f| {
+                    shader(panes[f.face as usize], f.params.into())
+                });
+            }
+            Renderer::Painter | Renderer::Scanline => {
+                let mut scanline = Scanline::new(frame.viewport());
+                let prepared = scanline.scene(&vertices, faces);
+                let is_glass = |face| face as usize >= scene.glass;
+                prepared.transparent(is_glass).draw_on(frame, shade);
+            }
+        }
+    }
+}
+
+struct Camera {
+    clip_from_object: Mat4,
+    /// Direction to the light: beside the camera, above its right shoulder.
+    light: Vec3,
+}
+
+impl Camera {
+    /// A camera that sees the whole of a sphere around the scene.
+    fn new(scene: &Scene<'_>, aspect: f32, options: &Options) -> Self {
+        let Scene { centre, radius, .. } = *scene;
+        let narrow = ((FIELD_OF_VIEW / 2.0).tan() * aspect.min(1.0)).atan();
+        let distance = radius / narrow.sin();
+        let (sin_yaw, cos_yaw) = options.yaw.to_radians().sin_cos();
+        let (sin_pitch, cos_pitch) = options.pitch.clamp(-89.9, 89.9).to_radians().sin_cos();
+        let direction = vec3(sin_yaw * cos_pitch, sin_pitch, cos_yaw * cos_pitch);
+        let right = Vec3::Y.cross(direction).normalize();
+        let light = (direction + 0.6 * right + 0.7 * direction.cross(right)).normalize();
+        let view = look_at_mat4(centre + direction * distance, centre, Vec3::Y);
+        let (near, far) = (distance - radius * 1.01, distance + radius * 1.01);
+        Self { clip_from_object: perspective(FIELD_OF_VIEW, aspect, near, far) * view, light }
+    }
+}
+
+// ------------------------------------------------------------------------------------------- scene
+
+/// How a face looks.
+#[derive(Clone, Copy)]
+enum Look {
+    /// A material of the model, by its number.
+    Model(usize),
+    Paint(Vec3),
+    /// The colour of the light that comes from the glass.
+    Glass(Vec3),
+}
+
+/// Faces in object space: opaque ones first.
+struct Scene<'a> {
+    model: &'a Model,
+    vertices: Vec<Vertex<5>>,
+    faces: Vec<Vec<u32>>,
+    looks: Vec<Look>,
+    /// The number of the first face that is glass.
+    glass: usize,
+    centre: Vec3,
+    radius: f32,
+}
+
+impl<'a> Scene<'a> {
+    fn around(model: &'a Model) -> Self {
+        let (low, high) = model.bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
+        let centre = (low + high) / 2.0;
+        let distances = model.vertices.iter().map(|vertex| vertex.position.distance(centre));
+        // A model that is a point is no reason to divide by zero.
+        let size = distances.fold(f32::MIN_POSITIVE.sqrt(), f32::max);
+        let vertex = |vertex: &polyscan::obj::ModelVertex| {
+            let surface = Surface { uv: vertex.uv, normal: vertex.normal };
+            Vertex::new(vertex.position.extend(1.0), surface)
+        };
+        let mut scene = Self {
+            model,
+            vertices: model.vertices.iter().map(vertex).collect(),
+            faces: model.faces().map(|face| face.indices.to_vec()).collect(),
+            looks: model.faces().map(|face| Look::Model(face.material)).collect(),
+            glass: 0,
+            centre,
+            radius: 1.4 * size,
+        };
+        let place = |turn: Quat, x: f32, y: f32, z: f32| {
+            Mat4::from_scale_rotation_translation(
+                Vec3::splat(size),
+                turn,
+                centre + size * vec3(x, y, z),
+            )
+        };
+        let turned = |y, x, z| Quat::from_euler(EulerRot::YXZ, y, x, z);
+
+        let ring = place(turned(0.0, 0.2 - TAU / 4.0, 0.25), 0.0, -0.1, 0.0);
+        scene.add(ring, &with_hole(&circle(96, 1.36), 0.86), Look::Paint(vec3(0.8, 0.3, 0.06)));
+        let colors = [vec3(0.75, 0.55, 0.08), vec3(0.1, 0.35, 0.6), vec3(0.75, 0.16, 0.1)];
+        for (axis, color) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().zip(colors) {
+            let turn = turned(0.5, 0.5, 0.3) * Quat::from_rotation_arc(Vec3::Z, axis);
+            let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let square = square.map(|(x, y)| vec2(x, y) * 0.24);
+            scene.add(place(turn, -0.62, 0.72, 0.2), &square, Look::Paint(color));
+        }
+
+        scene.glass = scene.faces.len();
+        let tints = [vec3(0.02, 0.5, 0.6), vec3(0.65, 0.05, 0.3), vec3(0.7, 0.55, 0.02)];
+        for (i, tint) in (0..).zip(tints) {
+            let turn = turned(0.3 + TAU / 6.0 * i as f32, 0.0, 0.0);
+            let pane = [(-1.0, -0.9), (1.0, -0.9), (1.0, 0.9), (-1.0, 0.9)];
+            let pane = pane.map(|(x, y)| vec2(x, y) * 0.6);
+            scene.add(place(turn, 0.80, -0.02, 0.56), &pane, Look::Glass(tint));
+        }
+        scene
+    }
+
+    /// Adds a flat face; its texture coordinates go from 0 to 1 between its sides.
+    fn add(&mut self, object_from_face: Mat4, outline: &[Vec2], look: Look) {
+        let first = self.vertices.len() as u32;
+        let normal = object_from_face.transform_vector3(Vec3::Z).normalize_or_zero();
+        let (low, high) = outline
+            .iter()
+            .fold((Vec2::MAX, Vec2::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
+        self.vertices.extend(outline.iter().map(|&p| {
+            let surface = Surface { uv: (p - low) / (high - low), normal };
+            Vertex::new(object_from_face.transform_point3(p.extend(0.0)).extend(1.0), surface)
+        }));
+        self.faces.push((first..self.vertices.len() as u32).collect());
+        self.looks.push(look);
+    }
+
+    /// The colour of a face. What is opaque has the alpha 1, and covers.
+    fn shade(&self, face: usize, surface: Surface, light: Vec3) -> Over {
+        // A face seen from behind is lit from behind.
+        let facing = surface.normal.normalize_or_zero().dot(light);
+        let lit = 0.15 + 0.85 * if facing < 0.0 { -0.4 * facing } else { facing };
+        let color = match self.looks[face] {
+            Look::Paint(color) => color,
+            Look::Glass(tint) => return glass(tint, surface.uv),
+            Look::Model(material) => {
+                let material = &self.model.materials[material];
+                let texture = material.texture.and_then(|i| self.model.textures.get(i));
+                let picture = texture.map_or(Vec3::ONE, |t| t.sample(surface.uv).truncate());
+                material.diffuse * picture
+            }
+        };
+        Over((color * lit).extend(1.0))
+    }
+}
+
+/// A pane with a border that is less clear.
+fn glass(tint: Vec3, uv: Vec2) -> Over {
+    let from_border = uv.min(1.0 - uv).min_element();
+    let alpha = if from_border < 0.025 { 0.85 } else { 0.45 };
+    Over((tint * alpha).extend(alpha))
+}
+
+fn circle(sides: u32, radius: f32) -> Vec<Vec2> {
+    let angle = |i| TAU * i as f32 / sides as f32;
+    (0..sides).map(|i| Vec2::from_angle(angle(i)) * radius).collect()
+}
+
+/// An outline and a smaller one in it, as the one contour that a mesh's faces have: along an edge
+/// to the hole, around it in the other direction, and back along the same edge. On the two edges no
+/// pixel is lost, since coverage is exact.
+fn with_hole(outer: &[Vec2], size: f32) -> Vec<Vec2> {
+    let hole = || outer.iter().map(|&p| p * size);
+    let first = || outer.iter().take(1).copied();
+    outer.iter().copied().chain(first()).chain(hole().take(1)).chain(hole().rev()).collect()
+}
