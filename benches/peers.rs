@@ -7,17 +7,30 @@
 //!
 //! Times are the medians of all frames drawn in 0.9 seconds (`PB_MS` milliseconds if set), in
 //! milliseconds a frame. `RAYON_NUM_THREADS` sets the number of threads. With `PER_FRAGMENT` set, the
-//! shaders are called for one fragment at a time instead of for blocks. With `DUMP` set, each picture
-//! is written to the folder as a PPM file.
+//! shaders are called for one fragment at a time instead of for blocks. `LEVEL` names the SIMD
+//! instructions to use: fallback, sse2, sse4.2, avx2 or avx512. With `DUMP` set, each picture is
+//! written to the folder as a PPM file.
+//!
+//! `w1_equal` is the quad of w1 with its vertices divided by w: the same pixels, without a division.
+//!
+//! One thread against two, in turns, since a machine's speed may change from minute to minute:
+//!
+//! ```text
+//! for round in 1 2 3 4 5; do for threads in 1 2; do
+//!   RAYON_NUM_THREADS=$threads cargo bench --bench peers -- w1 w2b w2f w3 w4 | sed "s/^/$threads /"
+//! done; done
+//! ```
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use fearless_simd::Level;
 use glam::{Mat4, Vec3};
 use polyscan::{ClipSpace, Cull, Framebuffer, Vertex, ZBuffer};
 
-const SCENES: [&str; 10] = ["w1", "w2b", "w2f", "w3", "w4", "w5_2", "w5_4", "w5_8", "w5_16", "w6"];
+const SCENES: [&str; 11] =
+    ["w1", "w1_equal", "w2b", "w2f", "w3", "w4", "w5_2", "w5_4", "w5_8", "w5_16", "w6"];
 
 /// A scene file: triangles with `parameters` floats at each vertex besides the position.
 struct Scene {
@@ -43,6 +56,13 @@ enum Kind {
 
 impl Scene {
     fn load(folder: &Path, name: &str) -> Result<Self, Box<dyn Error>> {
+        match name.strip_suffix("_equal") {
+            Some(name) => Ok(Self::read(folder, name)?.with_equal_w()),
+            None => Self::read(folder, name),
+        }
+    }
+
+    fn read(folder: &Path, name: &str) -> Result<Self, Box<dyn Error>> {
         let words = words(&folder.join(format!("{name}.bin")))?;
         let [_, width, height, vertices, triangles, parameters, kind, cull] =
             words.first_chunk().copied().ok_or("the header is incomplete")?;
@@ -61,6 +81,16 @@ impl Scene {
             vertices: words[24..end].iter().map(float).collect(),
             triangles: words[end..end + 3 * triangles as usize].as_chunks().0.to_vec(),
         })
+    }
+
+    /// The same on the screen, for vertices in front of the eye, with w = 1 all over.
+    fn with_equal_w(mut self) -> Self {
+        for vertex in self.vertices.chunks_exact_mut(3 + self.parameters) {
+            let position = self.clip_from_object.project_point3(Vec3::from_slice(vertex));
+            position.write_to_slice(vertex);
+        }
+        self.clip_from_object = Mat4::IDENTITY;
+        self
     }
 
     /// The vertices in clip space, into memory that is used again.
@@ -118,6 +148,25 @@ fn summed<const N: usize>(params: &[f32; N]) -> u32 {
     grey(sum * (1.0 / N as f32) * 255.0)
 }
 
+/// The level that `LEVEL` names, else the best.
+fn level() -> Result<Level, Box<dyn Error>> {
+    let best = Level::new();
+    let Ok(name) = std::env::var("LEVEL") else { return Ok(best) };
+    let level = match name.as_str() {
+        "fallback" => Some(Level::fallback()),
+        #[cfg(target_arch = "x86_64")]
+        "sse2" => best.as_sse2().map(fearless_simd::Simd::level),
+        #[cfg(target_arch = "x86_64")]
+        "sse4.2" => best.as_sse4_2().map(fearless_simd::Simd::level),
+        #[cfg(target_arch = "x86_64")]
+        "avx2" => best.as_avx2().map(fearless_simd::Simd::level),
+        #[cfg(target_arch = "x86_64")]
+        "avx512" => best.as_avx512().map(fearless_simd::Simd::level),
+        _ => None,
+    };
+    level.ok_or_else(|| format!("this machine has no level {name}").into())
+}
+
 fn median(times: &mut [f64]) -> f64 {
     times.sort_by(f64::total_cmp);
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
@@ -132,6 +181,7 @@ fn run<const N: usize>(
 ) -> Result<(), Box<dyn Error>> {
     let mut frame = Framebuffer::new(scene.width, scene.height, 0u32)?;
     let mut renderer = ZBuffer::<N>::new(frame.viewport());
+    renderer.level = level()?;
     renderer.scan.clip_space = ClipSpace::MinusOneToOne;
     renderer.scan.cull = if scene.cull { Cull::Clockwise } else { Cull::None };
     let mut vertices = Vec::new();

@@ -274,10 +274,10 @@ fn draw_in(
     frame
 }
 
-/// The SIMD levels that this machine has.
+/// The SIMD levels that this machine has, and none.
 fn levels() -> Vec<Level> {
     let best = Level::new();
-    let mut levels = vec![best, Level::baseline()];
+    let mut levels = vec![best, Level::baseline(), Level::fallback()];
     #[cfg(target_arch = "x86_64")]
     {
         levels.extend(best.as_sse2().map(Simd::level));
