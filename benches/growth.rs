@@ -113,8 +113,9 @@ fn plot(path: &Path, axis: &str, unit: &str, all: &[Series]) -> Result<(), Box<d
         )?;
     let mesh = &mut chart.configure_mesh();
     mesh.x_desc(format!("{unit}s")).y_desc("milliseconds").label_style(("sans-serif", 15));
-    mesh.x_label_formatter(&|size| format!("{size:e}"));
-    mesh.y_label_formatter(&|time| format!("{time:e}")).draw()?;
+    mesh.x_labels(6).y_labels(6).max_light_lines(0);
+    mesh.x_label_formatter(&|size| format!("{size:.0}"));
+    mesh.y_label_formatter(&f64::to_string).draw()?;
     for (series, color) in all.iter().zip([RED, BLUE, GREEN].into_iter().cycle()) {
         let points = || series.points.iter().map(|&(size, time)| (size, milliseconds(time)));
         let label = format!("{}: exponent {:.2}", series.name, exponent(&series.points));
