@@ -561,14 +561,16 @@ impl<const N: usize> Clipper<N> {
         cut: impl Fn(&ClipVertex<N>, &ClipVertex<N>, f64) -> ClipVertex<N>,
     ) -> bool {
         self.next.clear();
-        let Some(first) = self.vertices.first() else { return true };
-        let mut da = distance(first.position);
+        let [first, .., last] = self.vertices.as_slice() else { return true };
+        let (mut before, mut da) = (distance(last.position), distance(first.position));
         // How often the contour changes sides, vertices on the plane counted to the one or the other.
         let (mut closed_changes, mut open_changes) = (0, 0);
         let ends = self.vertices.iter().skip(1).chain([first]);
         for (a, b) in self.vertices.iter().zip(ends) {
             let db = distance(b.position);
-            if da >= 0.0 {
+            // On the plane the contour turns inwards or outwards. Where it does neither, the edge
+            // along the plane takes its place.
+            if da > 0.0 || da == 0.0 && (before > 0.0 || db > 0.0) {
                 self.next.push(*a);
             }
             if da > 0.0 && db < 0.0 {
@@ -578,7 +580,7 @@ impl<const N: usize> Clipper<N> {
             }
             closed_changes += usize::from((da >= 0.0) != (db >= 0.0));
             open_changes += usize::from((da > 0.0) != (db > 0.0));
-            da = db;
+            (before, da) = (da, db);
         }
         closed_changes.max(open_changes) <= 2
     }

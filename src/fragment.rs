@@ -114,13 +114,17 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
     #[inline(always)]
     pub fn fragment(&self, lane: usize) -> Fragment<'a, N> {
         let lane = lane.min(LANES - 1);
+        let mut params = [0.0; N];
+        for (param, lanes) in params.iter_mut().zip(&self.params) {
+            *param = lanes[lane];
+        }
         Fragment {
             x: self.x.wrapping_add(lane as i32),
             y: self.y,
             face: self.face,
             depth: self.depth[lane],
             w: self.w[lane],
-            params: std::array::from_fn(|i| self.params[i][lane]),
+            params,
             place: self.place,
         }
     }
@@ -186,18 +190,26 @@ impl<'a, const N: usize> Block<'_, 'a, N> {
     /// the polygon; where it is a constant, the compiler leaves out the rest.
     #[inline(always)]
     pub(crate) fn params<S: Simd>(&self, steps: f32x16<S>, method: Method) -> Params<N> {
-        let (polygon, Line { at, delta, .. }) = (self.span.place.polygon, &self.span.line);
-        let s = |i: usize| steps * delta.s[i] + at.s[i];
+        let polygon = self.span.place.polygon;
         match (method, polygon.w) {
             (Method::Constant, w) => {
                 let w = w.range().0;
-                Params { w: [w; LANES], params: std::array::from_fn(|i| s(i).into()) }
+                Params {
+                    w: [w; LANES],
+                    params: each(
+                        #[inline(always)]
+                        |i| self.s(steps, i).into(),
+                    ),
+                }
             }
             (Method::Perspective, w) => {
                 // Not brought into its range: s is not either, so that r keeps to its plane where a
                 // pixel centre lies outside the polygon.
                 let per_unit = reciprocal(self.inverse_w_in_units(steps));
-                let params = std::array::from_fn(|i| (s(i) * per_unit).into());
+                let params = each(
+                    #[inline(always)]
+                    |i| (self.s(steps, i) * per_unit).into(),
+                );
                 Params { w: self.w(per_unit, w.range()), params }
             }
             (Method::Other, w) => {
@@ -212,14 +224,27 @@ impl<'a, const N: usize> Block<'_, 'a, N> {
                         (self.w(per_unit, w), per_unit)
                     }
                 };
-                let r = |i: usize| if polygon.times_w[i] { s(i) * per_unit } else { s(i) };
-                let params = match &polygon.limits {
-                    None => std::array::from_fn(|i| r(i).into()),
-                    Some(limits) => std::array::from_fn(|i| limited(r(i).into(), limits[i])),
-                };
+                let params = each(
+                    #[inline(always)]
+                    |i| {
+                        let s = self.s(steps, i);
+                        let r = if polygon.times_w[i] { s * per_unit } else { s };
+                        match &polygon.limits {
+                            None => r.into(),
+                            Some(limits) => limited(r.into(), limits[i]),
+                        }
+                    },
+                );
                 Params { w, params }
             }
         }
+    }
+
+    /// s_i, or r_i where the parameter is not divided by w.
+    #[inline(always)]
+    fn s<S: Simd>(&self, steps: f32x16<S>, i: usize) -> f32x16<S> {
+        let Line { at, delta, .. } = &self.span.line;
+        steps * delta.s[i] + at.s[i]
     }
 
     /// w from w in the polygon's unit.
@@ -255,6 +280,16 @@ impl<'a, const N: usize> Block<'_, 'a, N> {
         let Line { at, delta, .. } = &self.span.line;
         steps * delta.inv_w + at.inv_w
     }
+}
+
+/// The lanes of each parameter: a loop that is inlined whole, as `std::array::from_fn` need not be.
+#[inline(always)]
+fn each<const N: usize>(lanes: impl Fn(usize) -> Lanes) -> [Lanes; N] {
+    let mut params = [[0.0; LANES]; N];
+    for (i, param) in params.iter_mut().enumerate() {
+        *param = lanes(i);
+    }
+    params
 }
 
 /// Values within limits. Of NaN, and of a zero's sign, the same is made on every machine.
