@@ -47,6 +47,23 @@ fn parameters_of_a_steep_sliver_stay_between_those_of_the_vertices() {
     assert!(seen > 0);
 }
 
+/// The contour runs along the near plane and then leaves through it: the vertex in between is no corner
+/// of what is left, as exact arithmetic has it.
+#[test]
+fn a_vertex_along_a_clip_plane_is_no_corner() {
+    let spike = [
+        vec4(-0.14907095, 0.3582974, 0.0, 0.5),
+        vec4(-0.1340794, 0.1646013, -0.125, 0.25),
+        vec4(4.5236487, 4.262931, 1.75, 4.0),
+        vec4(-7.0675673, 1.4310344, 1.75, 4.0),
+        vec4(-1.0422298, 0.1400862, 0.0, 0.5),
+    ]
+    .map(|position| Vertex::new(position, []));
+    let mut scan = ScanConverter::new(Viewport::new(37, 29).expect("small"));
+    let covered: Vec<_> = scan.spans(&spike).map(|span| (span.y(), span.x())).collect();
+    assert_eq!(covered, [(6, 0..1)]);
+}
+
 /// Two corners are one on the screen, so that rounding errors made up the slopes of the plane.
 #[test]
 fn a_triangle_seen_exactly_edge_on_has_no_slopes_of_rounding_errors() {
