@@ -20,8 +20,14 @@
 //! path; any other outline may have more, and more than one run a row. What is inside there, a
 //! [`FillRule`] says.
 
+mod active;
+mod convex;
+
 use std::ops::Range;
 
+use self::active::ActiveEdges;
+use self::convex::{ActivePair, is_convex};
+pub(crate) use self::convex::{ConvexOutline, ROWS, RunGroup};
 use crate::outline::Chain;
 use crate::project::{FixedPoint, SUBPIXELS};
 
@@ -348,38 +354,9 @@ impl EdgeTable {
                 self.fill_rule,
             )));
         }
-        Runs(Kind::Convex(ActivePair::new(&self.convex, &self.rows)))
+        let outline = ConvexOutline { points: &self.convex, rows: self.rows.clone() };
+        Runs(Kind::Convex(outline, None))
     }
-}
-
-/// Whether an outline winds once around a convex region, or has no area. Going around it, a
-/// convex outline never turns both left and right, and it turns downwards only once.
-fn is_convex(outline: &[FixedPoint]) -> bool {
-    if outline.len() <= 3 {
-        return true;
-    }
-    let next = outline.iter().cycle().skip(1);
-    let sides = outline
-        .iter()
-        .zip(next)
-        .filter(|(a, b)| a != b)
-        .map(|(a, b)| (i64::from(b.x) - i64::from(a.x), i64::from(b.y) - i64::from(a.y)));
-    let Some(mut before) = sides.clone().last() else { return true };
-    let (mut left, mut right, mut back, mut downwards) = (false, false, false, 0);
-    // The direction of the last side that is not horizontal.
-    let mut down = sides.clone().filter(|side| side.1 != 0).last().is_some_and(|side| side.1 > 0);
-    for side in sides {
-        let turn = before.0 * side.1 - before.1 * side.0;
-        left |= turn < 0;
-        right |= turn > 0;
-        back |= turn == 0 && before.0 * side.0 + before.1 * side.1 < 0;
-        if side.1 != 0 {
-            downwards += u32::from(side.1 > 0 && !down);
-            down = side.1 > 0;
-        }
-        before = side;
-    }
-    !(left && right || back || downwards > 1)
 }
 
 /// Iterator over the [`Run`]s of an [`EdgeTable`].
@@ -388,7 +365,8 @@ pub struct Runs<'a>(Kind<'a>);
 
 #[derive(Debug)]
 enum Kind<'a> {
-    Convex(ActivePair<'a>),
+    /// A convex outline; its active edges, once a run has been taken.
+    Convex(ConvexOutline<'a>, Option<ActivePair<'a>>),
     Any(ActiveEdges<'a>),
 }
 
@@ -397,214 +375,21 @@ impl Iterator for Runs<'_> {
 
     fn next(&mut self) -> Option<Run> {
         match &mut self.0 {
-            Kind::Convex(pair) => pair.next(),
+            Kind::Convex(outline, pair) => {
+                pair.get_or_insert_with(|| ActivePair::new(outline)).next()
+            }
             Kind::Any(edges) => edges.next_run(),
         }
     }
 }
 
 impl<'a> Runs<'a> {
-    /// Calls `f` for each run of a convex outline, in a loop whose edges stay in registers. Of other
-    /// outlines the runs are returned.
+    /// The outline, if it is convex and no run has been taken.
     #[inline(always)]
-    pub(crate) fn for_each_of_convex(self, f: impl FnMut(Run)) -> Option<Self> {
+    pub(crate) fn into_convex(self) -> Result<ConvexOutline<'a>, Self> {
         match self.0 {
-            Kind::Convex(pair) => {
-                pair.for_each(f);
-                None
-            }
-            any @ Kind::Any(_) => Some(Self(any)),
+            Kind::Convex(outline, None) => Ok(outline),
+            other => Err(Self(other)),
         }
-    }
-}
-
-/// The two active edges of a convex outline, left and right. Each is one of the edges that lead from
-/// the outline's top to its bottom on one side; when it ends, the next one takes its place.
-#[derive(Debug)]
-struct ActivePair<'a> {
-    left: Side<'a>,
-    right: Side<'a>,
-    /// `None` when the last row is done.
-    active: Option<[Edge; 2]>,
-    /// The row after the last.
-    end: i32,
-}
-
-/// The vertices of a convex outline in the order in which one of its sides runs down.
-#[derive(Debug)]
-struct Side<'a> {
-    outline: &'a [FixedPoint],
-    rows: Range<i32>,
-    /// The vertex that has been reached.
-    at: usize,
-    forward: bool,
-}
-
-impl Side<'_> {
-    /// The next edge that crosses a row.
-    #[inline(always)]
-    fn next_edge(&mut self) -> Option<Edge> {
-        // An edge in a convex outline that runs up lies on the other side.
-        for _ in 0..self.outline.len() {
-            let from = self.at;
-            let last = self.outline.len() - 1;
-            let (to, index) = if self.forward {
-                (if from == last { 0 } else { from + 1 }, from)
-            } else {
-                let before = if from == 0 { last } else { from - 1 };
-                (before, before)
-            };
-            self.at = to;
-            let (a, b) = (self.outline[from], self.outline[to]);
-            if let Some(edge) = Edge::new(a, b, index as u32, &self.rows) {
-                return Some(edge);
-            }
-        }
-        None
-    }
-}
-
-impl<'a> ActivePair<'a> {
-    #[inline(always)]
-    fn new(outline: &'a [FixedPoint], rows: &Range<i32>) -> Self {
-        let area = signed_area(outline, |point| *point);
-        let side = |at, forward| Side { outline, rows: rows.clone(), at, forward };
-        let mut top = 0;
-        let mut bottom = i32::MIN;
-        for (k, point) in outline.iter().enumerate() {
-            if point.y < outline[top].y {
-                top = k;
-            }
-            bottom = bottom.max(point.y);
-        }
-        // Clockwise means that the side that runs down forward is on the right.
-        let (mut left, mut right) = (side(top, area < 0), side(top, area > 0));
-        let active = if area == 0 { None } else { left.next_edge().zip(right.next_edge()) };
-        let end = first_centre(bottom).min(rows.end);
-        Self { left, right, active: active.map(|(left, right)| [left, right]), end }
-    }
-
-    /// Goes on to the next row.
-    #[inline(always)]
-    fn advance(&mut self, [left, right]: &mut [Edge; 2]) -> bool {
-        let y = left.rows.0 + 1;
-        if y >= self.end {
-            return false;
-        }
-        for (edge, side) in [(left, &mut self.left), (right, &mut self.right)] {
-            edge.rows.0 = y;
-            if y < edge.rows.1 {
-                edge.advance();
-            } else if let Some(next) = side.next_edge() {
-                *edge = next;
-            } else {
-                return false;
-            }
-        }
-        true
-    }
-}
-
-impl ActivePair<'_> {
-    /// Calls `f` for each run.
-    #[inline(always)]
-    fn for_each(mut self, mut f: impl FnMut(Run)) {
-        let Some(mut pair) = self.active else { return };
-        loop {
-            let [left, right] = &pair;
-            if left.x < right.x {
-                f(Run { y: left.rows.0, x: left.x..right.x, edges: [left.index, right.index] });
-            }
-            if !self.advance(&mut pair) {
-                return;
-            }
-        }
-    }
-}
-
-impl Iterator for ActivePair<'_> {
-    type Item = Run;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Run> {
-        loop {
-            let mut pair = self.active?;
-            let [left, right] = &pair;
-            let run = Run { y: left.rows.0, x: left.x..right.x, edges: [left.index, right.index] };
-            self.active = if self.advance(&mut pair) { Some(pair) } else { None };
-            if !run.x.is_empty() {
-                return Some(run);
-            }
-        }
-    }
-}
-
-/// The active edges of any outline, sorted by column.
-#[derive(Debug)]
-struct ActiveEdges<'a> {
-    rule: FillRule,
-    y: i32,
-    active: &'a mut Vec<Edge>,
-    /// The first active edge in this row that no run has passed yet.
-    next: usize,
-    rest: std::iter::Peekable<std::slice::Iter<'a, Edge>>,
-}
-
-impl<'a> ActiveEdges<'a> {
-    fn new(rest: std::slice::Iter<'a, Edge>, active: &'a mut Vec<Edge>, rule: FillRule) -> Self {
-        let mut edges = Self { rule, y: 0, active, next: 0, rest: rest.peekable() };
-        edges.enter_row();
-        edges
-    }
-
-    /// Takes in the edges that begin in this row, or in the next row that has any, and sorts.
-    fn enter_row(&mut self) {
-        if self.active.is_empty() {
-            self.y = self.rest.peek().map_or(self.y, |edge| edge.rows.0);
-        }
-        while let Some(edge) = self.rest.next_if(|edge| edge.rows.0 == self.y) {
-            self.active.push(*edge);
-        }
-        // Mostly sorted already, where this is fast; the index makes the order unique. A stable sort
-        // would allocate.
-        self.active.sort_unstable_by_key(|edge| (edge.x, edge.index));
-        self.next = 0;
-    }
-
-    #[inline(never)]
-    fn next_run(&mut self) -> Option<Run> {
-        loop {
-            if let Some(run) = self.run_in_row() {
-                return Some(run);
-            }
-            self.y += 1;
-            self.active.retain_mut(|edge| {
-                edge.advance();
-                edge.rows.1 > self.y
-            });
-            self.enter_row();
-            if self.active.is_empty() {
-                return None;
-            }
-        }
-    }
-
-    /// The next run in this row: from where the outline is entered to where it is left.
-    fn run_in_row(&mut self) -> Option<Run> {
-        let mut left: Option<Edge> = None;
-        let mut winding = 0i32;
-        while let Some(edge) = self.active.get(self.next) {
-            self.next += 1;
-            winding = edge.winding.wrapping_add(winding);
-            let start = *left.get_or_insert(*edge);
-            if !self.rule.is_inside(winding) {
-                if start.x < edge.x {
-                    let edges = [start.index, edge.index];
-                    return Some(Run { y: self.y, x: start.x..edge.x, edges });
-                }
-                left = None;
-            }
-        }
-        None
     }
 }

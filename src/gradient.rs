@@ -59,6 +59,32 @@ impl<const N: usize> Gradient<N> {
     pub fn at(&self, x: f64, y: f64) -> ScreenParams<N> {
         self.origin.values.step(&self.dx, x - self.origin.x).step(&self.dy, y - self.origin.y)
     }
+
+    /// The values at several points, rounded to f32.
+    #[inline(always)]
+    pub(crate) fn at_each<const M: usize>(
+        &self,
+        mut x: [f64; M],
+        mut y: [f64; M],
+    ) -> ScreenParams<N, [f32; M]> {
+        for (x, y) in x.iter_mut().zip(&mut y) {
+            *x -= self.origin.x;
+            *y -= self.origin.y;
+        }
+        let plane = |origin: f64, dx: f64, dy: f64| {
+            let mut values = [0.0; M];
+            for (i, value) in values.iter_mut().enumerate() {
+                *value = (origin + dx * x[i] + dy * y[i]) as f32;
+            }
+            values
+        };
+        let Self { origin: ScreenVertex { values: v, .. }, dx, dy } = self;
+        let mut s = [[0.0; M]; N];
+        for (i, s) in s.iter_mut().enumerate() {
+            *s = plane(v.s[i], dx.s[i], dy.s[i]);
+        }
+        ScreenParams { z: plane(v.z, dx.z, dy.z), inv_w: plane(v.inv_w, dx.inv_w, dy.inv_w), s }
+    }
 }
 
 /// The paper's equation (1): the 3 x (n + 1) matrix from screen positions (x, y, 1) to homogeneous

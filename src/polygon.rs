@@ -12,7 +12,7 @@
 use std::ops::Range;
 
 use crate::clip::{ClipSpace, ClipVertex};
-use crate::edge_table::Run;
+use crate::edge_table::{ROWS, Run, RunGroup};
 use crate::gradient::Gradient;
 use crate::project::{Projection, SUBPIXELS, ScreenParams, ScreenVertex, Viewport};
 use crate::span::Line;
@@ -144,6 +144,12 @@ impl<const N: usize> Default for Flags<N> {
     fn default() -> Self {
         Self([false; N])
     }
+}
+
+/// The first values of lines along the runs of a group of rows, each at its column.
+pub(crate) struct LineStarts<const N: usize> {
+    x: [i32; ROWS],
+    at: ScreenParams<N, [f32; ROWS]>,
 }
 
 impl<const N: usize> Default for ScreenPolygon<N> {
@@ -331,6 +337,43 @@ impl<const N: usize> ScreenPolygon<N> {
         let x = if delta.inv_w < 0.0 { run.x.end - 1 } else { run.x.start };
         let at = self.gradient.at(f64::from(x) + 0.5, f64::from(run.y) + 0.5).rounded();
         Line { x, at, delta }
+    }
+
+    /// The first values of the lines along the runs of a group of rows, for [`Self::line_in`].
+    #[inline(always)]
+    pub(crate) fn line_starts(&self, group: &RunGroup) -> LineStarts<N> {
+        let is_falling = self.delta.inv_w < 0.0;
+        let mut columns = group.start;
+        let (mut xs, mut ys) = ([0.0; ROWS], [0.0; ROWS]);
+        for row in 0..ROWS {
+            if is_falling {
+                columns[row] = group.end[row] - 1;
+            }
+            xs[row] = f64::from(columns[row]) + 0.5;
+            ys[row] = f64::from(group.y) + row as f64 + 0.5;
+        }
+        LineStarts { x: columns, at: self.gradient.at_each(xs, ys) }
+    }
+
+    /// The same as [`Self::line`] along a run of a group.
+    #[inline(always)]
+    pub(crate) fn line_in(&self, starts: &LineStarts<N>, run: &Run, row: usize) -> Line<N> {
+        if self.by_edges.any {
+            return self.line(run);
+        }
+        let LineStarts { x, at } = starts;
+        let mut s = [0.0; N];
+        for (s, rows) in s.iter_mut().zip(&at.s) {
+            *s = rows[row];
+        }
+        let at = ScreenParams { z: at.z[row], inv_w: at.inv_w[row], s };
+        Line { x: x[row], at, delta: self.delta }
+    }
+
+    /// Whether some values have no plane, so that the edges of each run are needed.
+    #[inline(always)]
+    pub(crate) fn needs_edges(&self) -> bool {
+        self.by_edges.any
     }
 
     #[cold]

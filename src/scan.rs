@@ -9,9 +9,11 @@
 use std::ops::Range;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, Clipper, Outcome};
-use crate::edge_table::{EdgeTable, FillRule, Runs, signed_area_of};
+use crate::edge_table::{
+    ConvexOutline, EdgeTable, FillRule, ROWS, Run, RunGroup, Runs, signed_area_of,
+};
 use crate::outline::{Chain, Outline};
-use crate::polygon::{ScreenPolygon, Setup};
+use crate::polygon::{LineStarts, ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect, Viewport};
 use crate::span::Span;
 use crate::vertex::{Interpolation, Vertex};
@@ -277,7 +279,7 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
     fn next(&mut self) -> Option<Span<'a, N>> {
         loop {
             let run = self.runs.next()?;
-            if let Some(span) = Span::new(self.polygon, run, &self.columns) {
+            if let Some(span) = Span::new(self.polygon, &run, &self.columns) {
                 return Some(span);
             }
         }
@@ -285,19 +287,67 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
 }
 
 impl<'a, const N: usize> Spans<'a, N> {
-    /// Calls `f` for each span of a convex polygon, in the loop of
-    /// [`Runs::for_each_of_convex`]. Of other polygons the spans are returned.
+    /// The spans of a convex polygon in groups of rows. Of other polygons the spans are returned.
     #[inline(always)]
-    pub(crate) fn for_each_of_convex(self, mut f: impl FnMut(Span<'a, N>)) -> Option<Self> {
+    pub(crate) fn into_groups(self) -> Result<SpanGroups<'a, N>, Self> {
         let Self { polygon, runs, columns } = self;
-        let runs = runs.for_each_of_convex(
+        match runs.into_convex() {
+            Ok(outline) => Ok(SpanGroups { polygon, outline, columns }),
+            Err(runs) => Err(Self { polygon, runs, columns }),
+        }
+    }
+}
+
+/// The spans of a convex polygon. What neighbouring rows have in common in their set-up is done for
+/// several at once.
+pub(crate) struct SpanGroups<'a, const N: usize> {
+    polygon: &'a ScreenPolygon<N>,
+    outline: ConvexOutline<'a>,
+    columns: Range<i32>,
+}
+
+/// The spans of neighbouring rows.
+pub(crate) struct SpanGroup<'a, 'g, const N: usize> {
+    polygon: &'a ScreenPolygon<N>,
+    columns: &'g Range<i32>,
+    runs: &'g RunGroup,
+    starts: LineStarts<N>,
+}
+
+impl<'a, const N: usize> SpanGroups<'a, N> {
+    /// Calls `f` for each group, from top to bottom.
+    #[inline(always)]
+    pub(crate) fn for_each(self, mut f: impl FnMut(&SpanGroup<'a, '_, N>)) {
+        let Self { polygon, outline, columns } = &self;
+        outline.for_each_group(
+            polygon.needs_edges(),
             #[inline(always)]
-            |run| {
-                if let Some(span) = Span::new(polygon, run, &columns) {
-                    f(span);
-                }
-            },
-        )?;
-        Some(Self { polygon, runs, columns })
+            |runs| f(&SpanGroup { polygon, columns, runs, starts: polygon.line_starts(runs) }),
+        );
+    }
+}
+
+impl<'a, const N: usize> SpanGroup<'a, '_, N> {
+    /// The number of rows.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.runs.len
+    }
+
+    /// The span of a row, if it has one.
+    #[inline(always)]
+    pub(crate) fn span(&self, row: usize) -> Option<Span<'a, N>> {
+        let Self { polygon, columns, runs, starts } = self;
+        // Not more than there can be, so that it need not be checked.
+        let row = row % ROWS;
+        let x = runs.start[row]..runs.end[row];
+        let run = Run { y: runs.y + row as i32, x, edges: runs.edges[row] };
+        Span::with_line(
+            polygon,
+            &run,
+            columns,
+            #[inline(always)]
+            || polygon.line_in(starts, &run, row),
+        )
     }
 }

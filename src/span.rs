@@ -57,16 +57,26 @@ impl<'a, const N: usize> Span<'a, N> {
     #[inline(always)]
     pub(crate) fn new(
         polygon: &'a ScreenPolygon<N>,
-        run: Run,
+        run: &Run,
         columns: &Range<i32>,
+    ) -> Option<Self> {
+        Self::with_line(polygon, run, columns, || polygon.line(run))
+    }
+
+    /// The same, where `line` gives the values along the run.
+    #[inline(always)]
+    pub(crate) fn with_line(
+        polygon: &'a ScreenPolygon<N>,
+        run: &Run,
+        columns: &Range<i32>,
+        line: impl FnOnce() -> Line<N>,
     ) -> Option<Self> {
         let x = run.x.start.max(columns.start)..run.x.end.min(columns.end);
         if x.is_empty() {
             return None;
         }
-        let line = polygon.line(&run);
         let place = Place { polygon, y: run.y, x: [run.x.start, run.x.end], edges: run.edges };
-        Some(Self { place, x, line })
+        Some(Self { place, x, line: line() })
     }
 
     /// The row on the framebuffer.

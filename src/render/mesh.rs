@@ -132,8 +132,27 @@ struct Bin<const N: usize> {
     vertices: Vec<Carried<N>>,
 }
 
-/// A vertex of a small face, with its place on the screen.
-type Carried<const N: usize> = (Vertex<N>, FixedPoint);
+/// A vertex of a small face, without the padding that [`Vertex`] has, and its place on the screen.
+#[derive(Clone, Copy, Debug)]
+struct Carried<const N: usize> {
+    position: [f32; 4],
+    params: [f32; N],
+    point: FixedPoint,
+}
+
+impl<const N: usize> Carried<N> {
+    #[inline(always)]
+    fn new(vertex: &Vertex<N>, corner: &Corner) -> Self {
+        let Vertex { position, params } = *vertex;
+        Self { position: position.to_array(), params, point: corner.point }
+    }
+
+    #[inline(always)]
+    fn vertex(&self) -> (Vertex<N>, FixedPoint) {
+        let Self { position, params, point } = *self;
+        (Vertex { position: position.into(), params }, point)
+    }
+}
 
 /// A face in a bin.
 #[derive(Clone, Copy, Debug)]
@@ -272,31 +291,33 @@ impl<const N: usize> Job<'_, N> {
         let mut carried = bin.vertices.as_slice();
         for &Binned { face, kind } in &bin.faces {
             worker.polygon.face = faces.first.wrapping_add(face);
-            let vertex = |i: u32| (&self.vertices[i as usize], corners[i as usize].point);
-            let triangle = match (kind, faces.get(face as usize)) {
-                (Kind::Triangle, _) => {
+            let vertex = |i: u32| (self.vertices[i as usize], corners[i as usize].point);
+            let triangle = match kind {
+                Kind::Triangle => {
                     let Some(([a, b, c], rest)) = carried.split_first_chunk() else { return };
                     carried = rest;
-                    Some([(&a.0, a.1), (&b.0, b.1), (&c.0, c.1)])
+                    Some([a.vertex(), b.vertex(), c.vertex()])
                 }
-                (Kind::Quad, _) => {
+                Kind::Quad => {
                     let Some((quad, rest)) = carried.split_first_chunk::<4>() else { return };
                     carried = rest;
-                    worker.set_up(self, quad.iter().map(|(v, p)| (v, *p)), &rows);
+                    worker.set_up(self, quad.iter().map(Carried::vertex), &rows);
                     None
                 }
-                (Kind::Whole, &[a, b, c]) => Some([vertex(a), vertex(b), vertex(c)]),
-                (Kind::Whole, indices) => {
-                    worker.set_up(self, indices.iter().map(|&i| vertex(i)), &rows);
-                    None
-                }
-                (Kind::Clipped(number), _) => {
+                Kind::Whole => match *faces.get(face as usize) {
+                    [a, b, c] => Some([vertex(a), vertex(b), vertex(c)]),
+                    ref indices => {
+                        worker.set_up(self, indices.iter().map(|&i| vertex(i)), &rows);
+                        None
+                    }
+                },
+                Kind::Clipped(number) => {
                     worker.set_up_clipped(self, chunk.clipped(number as usize), &rows);
                     None
                 }
             };
             if let Some(triangle) = triangle {
-                worker.set_up_triangle(self, triangle, &rows);
+                worker.set_up_triangle(self, &triangle, &rows);
             }
             if self.is_hidden(worker, band, &rows) {
                 continue;
@@ -388,10 +409,9 @@ impl<const N: usize> Job<'_, N> {
         for bin in bins {
             bin.faces.push(Binned { face: face as u32, kind });
             if !matches!(kind, Kind::Whole) {
-                bin.vertices.reserve(corners.len());
-                for (&i, corner) in indices.iter().zip(corners) {
-                    bin.vertices.push((self.vertices[i as usize], corner.point));
-                }
+                let vertices = indices.iter().map(|&i| &self.vertices[i as usize]);
+                bin.vertices
+                    .extend(vertices.zip(corners).map(|(v, corner)| Carried::new(v, corner)));
             }
         }
     }
@@ -435,6 +455,10 @@ impl<const N: usize> Job<'_, N> {
         point: impl Fn(&V) -> FixedPoint,
         signed_area: impl FnOnce() -> i128,
     ) -> Option<Range<usize>> {
+        let cull = self.scan.cull;
+        if cull != Cull::None && cull.leaves_out(signed_area()) {
+            return None;
+        }
         let extent = |coordinate: fn(FixedPoint) -> i32| {
             let values = outline.iter().map(|v| coordinate(point(v)));
             values.fold((i32::MAX, i32::MIN), |(min, max), v| (min.min(v), max.max(v)))
@@ -445,10 +469,6 @@ impl<const N: usize> Job<'_, N> {
             first_centre(left).max(self.columns.start)..first_centre(right).min(self.columns.end);
         let rows = first_centre(top).max(self.rows.start)..first_centre(bottom).min(self.rows.end);
         if columns.is_empty() || rows.is_empty() {
-            return None;
-        }
-        let cull = self.scan.cull;
-        if cull != Cull::None && cull.leaves_out(signed_area()) {
             return None;
         }
         let corner = self.scan.viewport.rect().y;
@@ -492,19 +512,19 @@ impl<const N: usize> Worker<N> {
     fn set_up_triangle(
         &mut self,
         job: &Job<'_, N>,
-        [(a, pa), (b, pb), (c, pc)]: [(&Vertex<N>, FixedPoint); 3],
+        [(a, pa), (b, pb), (c, pc)]: &[(Vertex<N>, FixedPoint); 3],
         rows: &Range<i32>,
     ) {
-        self.edges.fill_convex(&[pa, pb, pc], rows);
+        self.edges.fill_convex(&[*pa, *pb, *pc], rows);
         let affine = job.scan.is_affine(3, Outcome::Inside);
         self.polygon.set_up_triangle(&job.setup, [a, b, c], affine);
     }
 
     /// The same for any face.
-    fn set_up<'v>(
+    fn set_up(
         &mut self,
         job: &Job<'_, N>,
-        face: impl ExactSizeIterator<Item = (&'v Vertex<N>, FixedPoint)> + Clone,
+        face: impl ExactSizeIterator<Item = (Vertex<N>, FixedPoint)> + Clone,
         rows: &Range<i32>,
     ) {
         let affine = job.scan.is_affine(face.len(), Outcome::Inside);
@@ -513,7 +533,7 @@ impl<const N: usize> Worker<N> {
         self.outline.extend(face.clone().map(|(_, point)| point));
         self.edges.fill_rule = job.scan.fill_rule;
         self.edges.fill(&self.outline, rows.clone());
-        let vertices = face.map(|(vertex, _)| job.setup.vertex(vertex, provoking));
+        let vertices = face.map(|(vertex, _)| job.setup.vertex(&vertex, &provoking));
         self.polygon.set_up(&job.setup, vertices, affine);
     }
 

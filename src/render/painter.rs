@@ -528,7 +528,7 @@ fn within<'a, const N: usize>(
             columns.start.max(side.start)..columns.end.min(side.end)
         };
         let columns = lines.iter().fold(columns.clone(), intersect);
-        Span::new(polygon, run, &columns)
+        Span::new(polygon, &run, &columns)
     })
 }
 

@@ -18,7 +18,7 @@ use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
 use crate::render::framebuffer::Band;
 use crate::render::shader::{ALL, Shader};
 use crate::render::z_buffer::{DepthSource, DepthTest};
-use crate::scan::Spans;
+use crate::scan::{SpanGroup, Spans};
 use crate::span::Span;
 
 /// What to do with fragments.
@@ -47,18 +47,34 @@ impl Raster {
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        let left = match (self == Self::USUAL, spans.polygon.method) {
-            (true, Method::Perspective) => spans.for_each_of_convex(
+        let method = spans.polygon.method;
+        if self != Self::USUAL || method == Method::Other {
+            return self.draw_rest(simd, spans, band, shader);
+        }
+        match spans.into_groups() {
+            Err(spans) => self.draw_rest(simd, spans, band, shader),
+            Ok(groups) => groups.for_each(
                 #[inline(always)]
-                |span| self.draw_span::<Perspective, _, _, N>(simd, span, band, shader),
+                |group| match method {
+                    Method::Perspective => {
+                        self.draw_group::<Perspective, _, _, N>(simd, group, band, shader);
+                    }
+                    _ => self.draw_group::<Constant, _, _, N>(simd, group, band, shader),
+                },
             ),
-            (true, Method::Constant) => spans.for_each_of_convex(
-                #[inline(always)]
-                |span| self.draw_span::<Constant, _, _, N>(simd, span, band, shader),
-            ),
-            _ => Some(spans),
-        };
-        for span in left.into_iter().flatten() {
+        }
+    }
+
+    /// The same for what is less usual.
+    #[inline(never)]
+    fn draw_rest<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        spans: Spans<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        for span in spans {
             self.draw_any(simd, span, band, shader);
         }
     }
@@ -74,78 +90,99 @@ impl Raster {
     ) {
         simd.vectorize(
             #[inline(always)]
-            || self.draw_span::<AnyCase, _, _, N>(simd, span, band, shader),
+            || self.draw_span::<AnyCase, _, _, N>(simd, &span, band, shader),
         );
     }
 
-    /// Draws a span.
+    /// Draws the spans of a group of rows. Short ones, of one block or two, are drawn here: one block
+    /// in each round of the loop.
     #[inline(always)]
-    fn draw_span<K: Case, S: Simd, C: Copy, const N: usize>(
+    fn draw_group<K: Case, S: Simd, C: Copy, const N: usize>(
         self,
         simd: S,
-        span: Span<'_, N>,
+        group: &SpanGroup<'_, '_, N>,
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        let (raster, method) = K::of(self, span.place.polygon.method);
-        let start = band.row(span.y()) + band.column(span.column());
-        let before = (start + band.line_offset) % LANES;
-        let mut left = before + span.x.len();
-        if left > 2 * LANES {
-            return self.draw_long_span::<K, _, _, N>(simd, span, band, shader);
-        }
-        let mut at = start.wrapping_sub(before);
-        let mut block = Block { span: &span, x: span.x.start - before as i32 };
-        let mut lanes = ALL << before & ALL;
-        loop {
-            if left < LANES {
-                lanes &= ALL >> (LANES - left);
+        let mut row = 0;
+        let mut is_second = false;
+        while row < group.len() {
+            let Some(span) = group.span(row) else {
+                row += 1;
+                continue;
+            };
+            let (raster, method) = K::of(self, span.place.polygon.method);
+            if span.x.len() > LANES {
+                self.draw_span_of::<K, _, _, N>(simd, (group, row), band, shader);
+                row += 1;
+                continue;
             }
-            raster.draw_part(simd, &block, method, lanes, at, band, shader);
-            if left <= LANES {
-                return;
+            let start = band.row(span.y()) + band.column(span.column());
+            let before = (start + band.line_offset) % LANES;
+            let end = before + span.x.len();
+            // The lanes of both blocks, the second's above the first's.
+            let mut lanes = ((1 << end) - 1) & !((1 << before) - 1);
+            let mut at = start.wrapping_sub(before);
+            let mut x = span.x.start - before as i32;
+            if is_second {
+                lanes >>= LANES;
+                at = at.wrapping_add(LANES);
+                x += LANES as i32;
             }
-            left -= LANES;
-            at = at.wrapping_add(LANES);
-            block.x += LANES as i32;
-            lanes = ALL;
+            let block = Block { span: &span, x };
+            raster.draw_part(simd, &block, method, lanes & ALL, at, band, shader);
+            is_second = !is_second && end > LANES;
+            row += usize::from(!is_second);
         }
     }
 
-    /// Draws a span of more than two blocks, if it is very long without the parts that the coarse
-    /// depth hides.
+    /// Draws a long span of a group of rows.
     #[inline(never)]
-    fn draw_long_span<K: Case, S: Simd, C: Copy, const N: usize>(
+    fn draw_span_of<K: Case, S: Simd, C: Copy, const N: usize>(
         self,
         simd: S,
-        span: Span<'_, N>,
+        (group, row): (&SpanGroup<'_, '_, N>, usize),
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                let first = band.column(span.column());
-                let end = first + span.x.len();
-                let mut visible = first..end;
-                loop {
-                    if end - first > TILE_WIDTH
-                        && let Some(coarse) = &mut band.coarse
-                    {
-                        let depth = |column: usize| span.depth_at((column - first) as i32);
-                        let row = (span.y() - band.first) as usize;
-                        visible = coarse.next_visible(band.depth, row, visible.start..end, depth);
-                    }
-                    if !visible.is_empty() {
-                        self.draw_columns::<K, _, _, N>(simd, &span, &visible, band, shader);
-                    }
-                    if visible.end == end {
-                        return;
-                    }
-                    visible = visible.end..end;
+                if let Some(span) = group.span(row) {
+                    self.draw_span::<K, _, _, N>(simd, &span, band, shader);
                 }
             },
         );
+    }
+
+    /// Draws a span, if it is very long without the parts that the coarse depth hides.
+    #[inline(always)]
+    fn draw_span<K: Case, S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        span: &Span<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let first = band.column(span.column());
+        let end = first + span.x.len();
+        let mut visible = first..end;
+        loop {
+            if end - first > TILE_WIDTH
+                && let Some(coarse) = &mut band.coarse
+            {
+                let depth = |column: usize| span.depth_at((column - first) as i32);
+                let row = (span.y() - band.first) as usize;
+                visible = coarse.next_visible(band.depth, row, visible.start..end, depth);
+            }
+            if !visible.is_empty() {
+                self.draw_columns::<K, _, _, N>(simd, span, &visible, band, shader);
+            }
+            if visible.end == end {
+                return;
+            }
+            visible = visible.end..end;
+        }
     }
 
     /// Draws some columns of a span, counted from the left of the band: a first block that may have
