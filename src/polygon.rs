@@ -146,10 +146,26 @@ impl<const N: usize> Default for Flags<N> {
     }
 }
 
-/// The first values of lines along the runs of a group of rows, each at its column.
-pub(crate) struct LineStarts<const N: usize> {
+/// The values along the runs of a group of rows: each [`Line`], number by number.
+pub(crate) struct Lines<const N: usize> {
     x: [i32; ROWS],
     at: ScreenParams<N, [f32; ROWS]>,
+    delta: ScreenParams<N, [f32; ROWS]>,
+}
+
+impl<const N: usize> Lines<N> {
+    /// The values along one run.
+    #[inline(always)]
+    pub(crate) fn get(&self, row: usize) -> Line<N> {
+        let values = |of: &ScreenParams<N, [f32; ROWS]>| {
+            let mut s = [0.0; N];
+            for (s, rows) in s.iter_mut().zip(&of.s) {
+                *s = rows[row];
+            }
+            ScreenParams { z: of.z[row], inv_w: of.inv_w[row], s }
+        };
+        Line { x: self.x[row], at: values(&self.at), delta: values(&self.delta) }
+    }
 }
 
 impl<const N: usize> Default for ScreenPolygon<N> {
@@ -339,35 +355,50 @@ impl<const N: usize> ScreenPolygon<N> {
         Line { x, at, delta }
     }
 
-    /// The first values of the lines along the runs of a group of rows, for [`Self::line_in`].
+    /// The values along the runs of a group of rows.
     #[inline(always)]
-    pub(crate) fn line_starts(&self, group: &RunGroup) -> LineStarts<N> {
-        let is_falling = self.delta.inv_w < 0.0;
-        let mut columns = group.start;
+    pub(crate) fn lines(&self, group: &RunGroup) -> Lines<N> {
+        let splat = |value| [value; ROWS];
+        let ScreenParams { z, inv_w, s } = self.delta;
+        let mut delta = ScreenParams { z: splat(z), inv_w: splat(inv_w), s: [[0.0; ROWS]; N] };
+        for (rows, s) in delta.s.iter_mut().zip(s) {
+            *rows = splat(s);
+        }
+        let is_falling = inv_w < 0.0;
+        let mut x = group.start;
         let (mut xs, mut ys) = ([0.0; ROWS], [0.0; ROWS]);
         for row in 0..ROWS {
             if is_falling {
-                columns[row] = group.end[row] - 1;
+                x[row] = group.end[row] - 1;
             }
-            xs[row] = f64::from(columns[row]) + 0.5;
+            xs[row] = f64::from(x[row]) + 0.5;
             ys[row] = f64::from(group.y) + row as f64 + 0.5;
         }
-        LineStarts { x: columns, at: self.gradient.at_each(xs, ys) }
+        let mut lines = Lines { x, at: self.gradient.at_each(xs, ys), delta };
+        if self.by_edges.any {
+            self.put_lines_by_edges(group, &mut lines);
+        }
+        lines
     }
 
-    /// The same as [`Self::line`] along a run of a group.
-    #[inline(always)]
-    pub(crate) fn line_in(&self, starts: &LineStarts<N>, run: &Run, row: usize) -> Line<N> {
-        if self.by_edges.any {
-            return self.line(run);
+    #[cold]
+    #[inline(never)]
+    fn put_lines_by_edges(&self, group: &RunGroup, lines: &mut Lines<N>) {
+        for row in 0..group.len {
+            let run = group.run(row);
+            if run.x.is_empty() {
+                continue;
+            }
+            let line = self.line_by_edges(run);
+            lines.x[row] = line.x;
+            for (rows, values) in [(&mut lines.at, line.at), (&mut lines.delta, line.delta)] {
+                rows.z[row] = values.z;
+                rows.inv_w[row] = values.inv_w;
+                for (rows, s) in rows.s.iter_mut().zip(values.s) {
+                    rows[row] = s;
+                }
+            }
         }
-        let LineStarts { x, at } = starts;
-        let mut s = [0.0; N];
-        for (s, rows) in s.iter_mut().zip(&at.s) {
-            *s = rows[row];
-        }
-        let at = ScreenParams { z: at.z[row], inv_w: at.inv_w[row], s };
-        Line { x: x[row], at, delta: self.delta }
     }
 
     /// Whether some values have no plane, so that the edges of each run are needed.

@@ -9,11 +9,9 @@
 use std::ops::Range;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, Clipper, Outcome};
-use crate::edge_table::{
-    ConvexOutline, EdgeTable, FillRule, ROWS, Run, RunGroup, Runs, signed_area_of,
-};
+use crate::edge_table::{ConvexOutline, EdgeTable, FillRule, ROWS, RunGroup, Runs, signed_area_of};
 use crate::outline::{Chain, Outline};
-use crate::polygon::{LineStarts, ScreenPolygon, Setup};
+use crate::polygon::{Lines, ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect, Viewport};
 use crate::span::Span;
 use crate::vertex::{Interpolation, Vertex};
@@ -311,7 +309,7 @@ pub(crate) struct SpanGroup<'a, 'g, const N: usize> {
     polygon: &'a ScreenPolygon<N>,
     columns: &'g Range<i32>,
     runs: &'g RunGroup,
-    starts: LineStarts<N>,
+    lines: Lines<N>,
 }
 
 impl<'a, const N: usize> SpanGroups<'a, N> {
@@ -322,7 +320,7 @@ impl<'a, const N: usize> SpanGroups<'a, N> {
         outline.for_each_group(
             polygon.needs_edges(),
             #[inline(always)]
-            |runs| f(&SpanGroup { polygon, columns, runs, starts: polygon.line_starts(runs) }),
+            |runs| f(&SpanGroup { polygon, columns, runs, lines: polygon.lines(runs) }),
         );
     }
 }
@@ -337,17 +335,15 @@ impl<'a, const N: usize> SpanGroup<'a, '_, N> {
     /// The span of a row, if it has one.
     #[inline(always)]
     pub(crate) fn span(&self, row: usize) -> Option<Span<'a, N>> {
-        let Self { polygon, columns, runs, starts } = self;
+        let Self { polygon, columns, runs, lines } = self;
         // Not more than there can be, so that it need not be checked.
         let row = row % ROWS;
-        let x = runs.start[row]..runs.end[row];
-        let run = Run { y: runs.y + row as i32, x, edges: runs.edges[row] };
         Span::with_line(
             polygon,
-            &run,
+            &runs.run(row),
             columns,
             #[inline(always)]
-            || polygon.line_in(starts, &run, row),
+            || lines.get(row),
         )
     }
 }

@@ -26,6 +26,13 @@ pub(crate) struct RunGroup {
 impl RunGroup {
     const EMPTY: Self =
         Self { y: 0, len: 0, start: [0; ROWS], end: [0; ROWS], edges: [[0; 2]; ROWS] };
+
+    /// The run of a row.
+    #[inline(always)]
+    pub(crate) fn run(&self, row: usize) -> Run {
+        let (y, x) = (self.y + row as i32, self.start[row]..self.end[row]);
+        Run { y, x, edges: self.edges[row] }
+    }
 }
 
 /// A convex outline, and the rows to visit.
