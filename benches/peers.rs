@@ -8,8 +8,8 @@
 //! Times are the medians of all frames drawn in 0.9 seconds (`PB_MS` milliseconds if set), in
 //! milliseconds a frame. `RAYON_NUM_THREADS` sets the number of threads. With `PER_FRAGMENT` set, the
 //! shaders are called for one fragment at a time instead of for blocks. `LEVEL` names the SIMD
-//! instructions to use: fallback, sse2, sse4.2, avx2 or avx512. With `DUMP` set, each picture is
-//! written to the folder as a PPM file.
+//! instructions to use: sse2, sse4.2, avx2 or avx512, and with the feature `fallback` also fallback,
+//! which is none. With `DUMP` set, each picture is written to the folder as a PPM file.
 //!
 //! `w1_equal` is the quad of w1 with its vertices divided by w: the same pixels, without a division.
 //!
@@ -153,6 +153,7 @@ fn level() -> Result<Level, Box<dyn Error>> {
     let best = Level::new();
     let Ok(name) = std::env::var("LEVEL") else { return Ok(best) };
     let level = match name.as_str() {
+        #[cfg(feature = "fallback")]
         "fallback" => Some(Level::fallback()),
         #[cfg(target_arch = "x86_64")]
         "sse2" => best.as_sse2().map(fearless_simd::Simd::level),

@@ -79,7 +79,8 @@
 //! A shader is a closure from a [`Fragment`] to a colour ([`ZBuffer::draw`]), or from a
 //! [`FragmentBlock`] of 16 neighbouring fragments to theirs ([`ZBuffer::draw_blocks`]). The second
 //! is for speed: its loop over the lanes becomes SIMD instructions, for the best level that the
-//! machine has. Meshes are best drawn as such, by [`ZBuffer::draw_mesh`] and
+//! machine has. For that a shader must be inlined: a closure is, and what it calls if that is small
+//! or marked `#[inline(always)]`; a function that is given by its name is not. Meshes are best drawn as such, by [`ZBuffer::draw_mesh`] and
 //! [`ZBuffer::draw_mesh_blocks`]: vertices are projected once, and all processors take part. None
 //! of this changes a bit of the picture.
 //!
@@ -102,6 +103,8 @@
 //! - `obj` (default): OBJ and MTL files. Needs `image`.
 //! - `parallel` (default): meshes are drawn by all processors, through `rayon`. The picture is the
 //!   same without.
+//! - `fallback`: the code without SIMD is compiled for machines that have some as well, to test and to
+//!   time it. Where there is no SIMD it is in use without the feature.
 //!
 //! # Sources
 //!

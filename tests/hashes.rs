@@ -274,10 +274,12 @@ fn draw_in(
     frame
 }
 
-/// The SIMD levels that this machine has, and none.
+/// The SIMD levels that this machine has, and with the feature `fallback` none.
 fn levels() -> Vec<Level> {
     let best = Level::new();
-    let mut levels = vec![best, Level::baseline(), Level::fallback()];
+    let mut levels = vec![best, Level::baseline()];
+    #[cfg(feature = "fallback")]
+    levels.push(Level::fallback());
     #[cfg(target_arch = "x86_64")]
     {
         levels.extend(best.as_sse2().map(Simd::level));

@@ -48,7 +48,7 @@ impl Raster {
         shader: &impl Shader<N, C>,
     ) {
         let method = spans.polygon.method;
-        if self != Self::USUAL || method == Method::Other {
+        if self != Self::USUAL || method == Method::Other || simd.level().is_fallback() {
             return self.draw_rest(simd, spans, band, shader);
         }
         match spans.into_groups() {
@@ -334,7 +334,8 @@ impl Raster {
 
 /// A case that the code is compiled for on its own.
 trait Case {
-    /// The settings and the method; constants where the case has only one.
+    /// The settings and the method; constants where the case has only one, or where one will do for
+    /// all.
     fn of(raster: Raster, method: Method) -> (Raster, Method);
 }
 
@@ -362,8 +363,8 @@ impl Case for Constant {
 
 impl Case for AnyCase {
     #[inline(always)]
-    fn of(raster: Raster, method: Method) -> (Raster, Method) {
-        (raster, method)
+    fn of(raster: Raster, _: Method) -> (Raster, Method) {
+        (raster, Method::Other)
     }
 }
 

@@ -3,7 +3,7 @@
 //!
 //! The comparison comes before the reciprocal and the shader, so hidden pixels cost neither.
 
-use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, f32x16};
+use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, f32x16, mask32x16};
 
 use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::outline::Outline;
@@ -41,17 +41,25 @@ impl DepthTest {
     /// Which lanes pass, a bit a lane.
     #[inline(always)]
     pub(crate) fn passes<S: Simd>(self, new: f32x16<S>, old: f32x16<S>) -> u32 {
-        let mask = match self {
-            Self::Never => return 0,
-            Self::Always => return u32::MAX,
-            Self::Less => new.simd_lt(old),
-            Self::Equal => new.simd_eq(old),
-            Self::LessEqual => new.simd_le(old),
-            Self::Greater => new.simd_gt(old),
-            Self::NotEqual => new.simd_ne(old),
-            Self::GreaterEqual => new.simd_ge(old),
+        // Less, equal or greater, and whether it is the others that pass, as NaN does then. All three
+        // are less code than a branch for each test.
+        let (less, equal, greater, others) = match self {
+            Self::Never => (false, false, false, false),
+            Self::Less => (true, false, false, false),
+            Self::Equal => (false, true, false, false),
+            Self::LessEqual => (true, true, false, false),
+            Self::Greater => (false, false, true, false),
+            Self::NotEqual => (false, true, false, true),
+            Self::GreaterEqual => (false, true, true, false),
+            Self::Always => (false, false, false, true),
         };
-        mask.to_bitmask() as u32
+        let bits = |wanted: bool, mask: mask32x16<S>| {
+            if wanted { mask.to_bitmask() as u32 } else { 0 }
+        };
+        let mut passes = bits(less, new.simd_lt(old));
+        passes |= bits(equal, new.simd_eq(old));
+        passes |= bits(greater, new.simd_gt(old));
+        if others { !passes } else { passes }
     }
 }
 
