@@ -386,10 +386,10 @@ impl Iterator for Runs<'_> {
 impl<'a> Runs<'a> {
     /// The outline, if it is convex and no run has been taken.
     #[inline(always)]
-    pub(crate) fn into_convex(self) -> Result<ConvexOutline<'a>, Self> {
-        match self.0 {
-            Kind::Convex(outline, None) => Ok(outline),
-            other => Err(Self(other)),
+    pub(crate) fn convex(&self) -> Option<ConvexOutline<'a>> {
+        match &self.0 {
+            Kind::Convex(outline, None) => Some(outline.clone()),
+            _ => None,
         }
     }
 }

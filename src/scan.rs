@@ -285,14 +285,12 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
 }
 
 impl<'a, const N: usize> Spans<'a, N> {
-    /// The spans of a convex polygon in groups of rows. Of other polygons the spans are returned.
+    /// The spans in groups of rows, if the polygon is convex and no span has been taken.
     #[inline(always)]
-    pub(crate) fn into_groups(self) -> Result<SpanGroups<'a, N>, Self> {
+    pub(crate) fn groups(&self) -> Option<SpanGroups<'a, N>> {
         let Self { polygon, runs, columns } = self;
-        match runs.into_convex() {
-            Ok(outline) => Ok(SpanGroups { polygon, outline, columns }),
-            Err(runs) => Err(Self { polygon, runs, columns }),
-        }
+        let outline = runs.convex()?;
+        Some(SpanGroups { polygon, outline, columns: columns.clone() })
     }
 }
 

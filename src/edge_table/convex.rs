@@ -352,3 +352,69 @@ impl Iterator for ActivePair<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::ops::Range;
+
+    use super::{ActivePair, ConvexOutline, FixedPoint};
+
+    /// Marsaglia's xorshift.
+    struct Rng(u64);
+
+    impl Rng {
+        fn within(&mut self, range: Range<i32>) -> i32 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            let len = i64::from(range.end) - i64::from(range.start);
+            (i64::from(range.start) + (self.0 >> 16) as i64 % len) as i32
+        }
+    }
+
+    /// The runs of a triangle, found by its lines, and by its active edges as every other outline's.
+    fn both_ways(points: &[FixedPoint], rows: Range<i32>) -> [Vec<(i32, Range<i32>)>; 2] {
+        let outline = ConvexOutline { points, rows };
+        let mut at_once = Vec::new();
+        outline.for_each_group(false, |group| {
+            let runs = (0..group.len).map(|row| group.run(row)).filter(|run| !run.x.is_empty());
+            at_once.extend(runs.map(|run| (run.y, run.x)));
+        });
+        [at_once, ActivePair::new(&outline).map(|run| (run.y, run.x)).collect()]
+    }
+
+    fn check(triangles: u64) {
+        let mut rng = Rng(0x9e37_79b9_7f4a_7c15);
+        let mut pixels = 0;
+        for number in 0..triangles {
+            // From a pixel to the largest that is exact, anywhere within the guard band, some of it on
+            // pixel centres or with sides on rows.
+            let size = 1 << rng.within(8..23);
+            let corner = [0; 2].map(|_| rng.within(-(1 << 26) + size..(1 << 26) - size));
+            let unit = [1, 1, 16, 128][rng.within(0..4) as usize].min(size / 2);
+            let mut place = |corner: i32| {
+                let offset = rng.within(0..size / unit) * unit;
+                // The largest size is wanted, too.
+                if offset + unit >= size { corner + size } else { corner + offset }
+            };
+            let points = [0; 3].map(|_| FixedPoint { x: place(corner[0]), y: place(corner[1]) });
+            let middle = (corner[1] + rng.within(0..size)) / 256;
+            let rows = middle - rng.within(0..400)..middle + rng.within(0..400);
+            let [at_once, one_by_one] = both_ways(&points, rows.clone());
+            assert_eq!(at_once, one_by_one, "triangle {number}: {points:?}, rows {rows:?}");
+            pixels += at_once.iter().map(|(_, x)| x.len() as u64).sum::<u64>();
+        }
+        println!("{triangles} triangles, {pixels} pixels, the same in both ways");
+    }
+
+    #[test]
+    fn a_triangle_has_the_same_runs_by_its_lines_and_by_its_active_edges() {
+        check(100_000);
+    }
+
+    #[test]
+    #[ignore = "takes minutes"]
+    fn long_triangles() {
+        check(30_000_000);
+    }
+}

@@ -51,18 +51,18 @@ impl Raster {
         if self != Self::USUAL || method == Method::Other || simd.level().is_fallback() {
             return self.draw_rest(simd, spans, band, shader);
         }
-        match spans.into_groups() {
-            Err(spans) => self.draw_rest(simd, spans, band, shader),
-            Ok(groups) => groups.for_each(
-                #[inline(always)]
-                |group| match method {
-                    Method::Perspective => {
-                        self.draw_group::<Perspective, _, _, N>(simd, group, band, shader);
-                    }
-                    _ => self.draw_group::<Constant, _, _, N>(simd, group, band, shader),
-                },
-            ),
-        }
+        let Some(groups) = spans.groups() else {
+            return self.draw_rest(simd, spans, band, shader);
+        };
+        groups.for_each(
+            #[inline(always)]
+            |group| match method {
+                Method::Perspective => {
+                    self.draw_group::<Perspective, _, _, N>(simd, group, band, shader);
+                }
+                _ => self.draw_group::<Constant, _, _, N>(simd, group, band, shader),
+            },
+        );
     }
 
     /// The same for what is less usual.

@@ -635,7 +635,7 @@ impl<const N: usize> Job<'_, N> {
             for stroke in row.strokes() {
                 let (face, run) = &runs[stroke.run as usize];
                 let polygon = &self.active[*face as usize].polygon;
-                let Some(span) = Span::new(polygon, &run, &stroke.columns) else { continue };
+                let Some(span) = Span::new(polygon, run, &stroke.columns) else { continue };
                 let raster = Raster { test, write: !stroke.transparent, source: DepthSource::Z };
                 raster.draw_any(simd, span, band, shader);
             }
