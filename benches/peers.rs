@@ -137,8 +137,10 @@ fn colored(rgb: [f32; 3]) -> u32 {
 /// A texture of 512 x 512, repeated.
 #[inline(always)]
 fn textured(texture: &[u32; 512 * 512], [u, v]: [f32; 2]) -> u32 {
-    // 2^14 repetitions to the left and above are enough for any scene here.
-    let [column, row] = [u, v].map(|c| truncate(c * 512.0 + 4_194_304.0) & 511);
+    // Adding 1.5 * 2^23 leaves the nearest integer in the lowest bits, of negative numbers too: half a
+    // texel less, and a bit less than that for those that lie between two, rounds down.
+    let texel = |c: f32| (c * 512.0 - 0.499_97 + 12_582_912.0).to_bits() & 511;
+    let [column, row] = [u, v].map(texel);
     texture[(row << 9 | column) as usize]
 }
 

@@ -77,12 +77,11 @@ impl<'a, const N: usize> Iterator for Fragments<'a, N> {
             if self.next >= self.span.x.end {
                 return None;
             }
-            let block = Block { span: self.span, x: self.next };
+            let x = self.next;
             self.next += LANES as i32;
             self.block = Some(dispatch!(Level::baseline(), simd => {
-                let steps = block.steps(simd);
-                let params = block.params(steps, self.span.place.polygon.method);
-                block.fragments(block.depth(steps), block.lanes(), params)
+                let block = Block::new(simd, self.span, x);
+                block.fragments(block.depth(), block.lanes(), self.span.place.polygon.method)
             }));
         }
     }
@@ -130,166 +129,157 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
     }
 }
 
-/// [`LANES`] neighbouring pixels of a row, some of which belong to a span.
+/// [`LANES`] neighbouring pixels of a row, some of which belong to a span: what is linear over the
+/// screen there, and what follows from it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Block<'s, 'a, const N: usize> {
-    pub(crate) span: &'s Span<'a, N>,
+pub(crate) struct Block<'s, 'a, S: Simd, const N: usize> {
+    span: &'s Span<'a, N>,
     /// The column of lane 0, relative to the viewport.
-    pub(crate) x: i32,
+    x: i32,
+    /// How far the pixels are from the end of the span where its values are given: whole numbers,
+    /// exact in f32.
+    steps: f32x16<S>,
 }
 
-/// w and the parameters of the pixels of a block.
-pub(crate) struct Params<const N: usize> {
-    w: Lanes,
-    params: [Lanes; N],
-}
-
-impl<'a, const N: usize> Block<'_, 'a, N> {
-    /// The column of lane 0 on the framebuffer. It may lie outside; visible lanes do not.
+impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N> {
+    /// The block whose lane 0 is at column `x` relative to the viewport. It may lie outside the span;
+    /// visible lanes do not.
     #[inline(always)]
-    fn column(&self) -> i32 {
-        self.span.place.polygon.corner.0 + self.x
+    pub(crate) fn new(simd: S, span: &'s Span<'a, N>, x: i32) -> Self {
+        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+        Self { span, x, steps: f32x16::simd_from(simd, LANE) + (x - span.line.x) as f32 }
+    }
+
+    /// Goes on to the next block.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self) {
+        self.x += LANES as i32;
+        self.steps += LANES as f32;
+    }
+
+    #[inline(always)]
+    pub(crate) fn simd(&self) -> S {
+        self.steps.simd
     }
 
     /// Which lanes belong to the span, a bit a lane.
     #[inline(always)]
-    pub(crate) fn lanes(&self) -> u32 {
+    fn lanes(&self) -> u32 {
         let lane = |column: i32| (column - self.x).clamp(0, LANES as i32) as u32;
         (1 << lane(self.span.x.end)) - (1 << lane(self.span.x.start))
     }
 
-    /// How far the pixels are from the end of the span where its values are given.
-    #[inline(always)]
-    pub(crate) fn steps<S: Simd>(&self, simd: S) -> f32x16<S> {
-        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
-        f32x16::simd_from(simd, LANE) + (self.x - self.span.line.x) as f32
-    }
-
     /// The depths.
     #[inline(always)]
-    pub(crate) fn depth<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
+    pub(crate) fn depth(&self) -> f32x16<S> {
         let Line { at, delta, .. } = &self.span.line;
-        let (min, max) = self.span.place.polygon.z;
-        (steps * delta.z + at.z).max(min).min(max)
+        within(self.steps * delta.z + at.z, self.span.place.polygon.z)
     }
 
     /// 1/w as depth: what grows towards the eye.
     #[inline(always)]
-    pub(crate) fn inverse_w<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
+    pub(crate) fn depth_by_inv_w(&self) -> f32x16<S> {
         let polygon = self.span.place.polygon;
         match polygon.w {
-            WRange::Constant { inv_w, .. } => f32x16::splat(steps.simd, inv_w),
-            WRange::Varying { inv_w: (min, max), .. } => {
-                let per_unit = (1.0 / polygon.w_unit) as f32;
-                self.inverse_w_in_units(steps).max(min).min(max) * per_unit
+            WRange::Constant { inv_w, .. } => f32x16::splat(self.simd(), inv_w),
+            WRange::Varying { inv_w, .. } => {
+                within(self.inv_w(), inv_w) * (1.0 / polygon.w_unit) as f32
             }
-        }
-    }
-
-    /// w and the parameters: one reciprocal a pixel, or none if w is constant. `method` is that of
-    /// the polygon; where it is a constant, the compiler leaves out the rest.
-    #[inline(always)]
-    pub(crate) fn params<S: Simd>(&self, steps: f32x16<S>, method: Method) -> Params<N> {
-        let polygon = self.span.place.polygon;
-        match (method, polygon.w) {
-            (Method::Constant, w) => {
-                let w = w.range().0;
-                Params {
-                    w: [w; LANES],
-                    params: each(
-                        #[inline(always)]
-                        |i| self.s(steps, i).into(),
-                    ),
-                }
-            }
-            (Method::Perspective, w) => {
-                // Not brought into its range: s is not either, so that r keeps to its plane where a
-                // pixel centre lies outside the polygon.
-                let per_unit = reciprocal(self.inverse_w_in_units(steps));
-                let params = each(
-                    #[inline(always)]
-                    |i| (self.s(steps, i) * per_unit).into(),
-                );
-                Params { w: self.w(per_unit, w.range()), params }
-            }
-            (Method::Other, w) => {
-                let (w, per_unit) = match w {
-                    WRange::Constant { w, .. } => ([w; LANES], f32x16::splat(steps.simd, 1.0)),
-                    WRange::Varying { w, inv_w } => {
-                        let mut per_w = self.inverse_w_in_units(steps);
-                        if polygon.limits.is_some() {
-                            per_w = per_w.max(inv_w.0).min(inv_w.1);
-                        }
-                        let per_unit = reciprocal(per_w);
-                        (self.w(per_unit, w), per_unit)
-                    }
-                };
-                let params = each(
-                    #[inline(always)]
-                    |i| {
-                        let s = self.s(steps, i);
-                        let r = if polygon.times_w[i] { s * per_unit } else { s };
-                        match &polygon.limits {
-                            None => r.into(),
-                            Some(limits) => limited(r.into(), limits[i]),
-                        }
-                    },
-                );
-                Params { w, params }
-            }
-        }
-    }
-
-    /// s_i, or r_i where the parameter is not divided by w.
-    #[inline(always)]
-    fn s<S: Simd>(&self, steps: f32x16<S>, i: usize) -> f32x16<S> {
-        let Line { at, delta, .. } = &self.span.line;
-        steps * delta.s[i] + at.s[i]
-    }
-
-    /// w from w in the polygon's unit.
-    #[inline(always)]
-    fn w<S: Simd>(&self, per_unit: f32x16<S>, (min, max): (f32, f32)) -> Lanes {
-        (per_unit * self.span.place.polygon.w_unit as f32).max(min).min(max).into()
-    }
-
-    /// The fragments of the block.
-    #[inline(always)]
-    pub(crate) fn fragments<S: Simd>(
-        &self,
-        depth: f32x16<S>,
-        visible: u32,
-        params: Params<N>,
-    ) -> FragmentBlock<'a, N> {
-        FragmentBlock {
-            x: self.column(),
-            y: self.span.y(),
-            face: self.span.place.polygon.face,
-            visible,
-            depth: depth.into(),
-            w: params.w,
-            params: params.params,
-            place: self.span.place,
         }
     }
 
     /// 1/w in the polygon's unit. Outside the polygon, where a pixel centre may lie by the rounding
     /// of its outline, it may leave the polygon's range.
     #[inline(always)]
-    fn inverse_w_in_units<S: Simd>(&self, steps: f32x16<S>) -> f32x16<S> {
+    fn inv_w(&self) -> f32x16<S> {
         let Line { at, delta, .. } = &self.span.line;
-        steps * delta.inv_w + at.inv_w
+        self.steps * delta.inv_w + at.inv_w
+    }
+
+    /// s_i, or r_i where the parameter is not divided by w.
+    #[inline(always)]
+    fn s(&self, i: usize) -> f32x16<S> {
+        let Line { at, delta, .. } = &self.span.line;
+        self.steps * delta.s[i] + at.s[i]
+    }
+
+    /// The fragments: one reciprocal a pixel, or none if w is constant. `method` is that of the
+    /// polygon or [`Method::Other`]; where it is a constant, the compiler leaves out the rest.
+    #[inline(always)]
+    pub(crate) fn fragments(
+        &self,
+        depth: f32x16<S>,
+        visible: u32,
+        method: Method,
+    ) -> FragmentBlock<'a, N> {
+        let place = self.span.place;
+        let polygon = place.polygon;
+        let mut fragments = FragmentBlock {
+            x: polygon.corner.0.wrapping_add(self.x),
+            y: place.y(),
+            face: polygon.face,
+            visible,
+            depth: depth.into(),
+            w: [polygon.w.range().0; LANES],
+            params: [[0.0; LANES]; N],
+            place,
+        };
+        let w_unit = polygon.w_unit as f32;
+        // Plain loops, which are inlined whole.
+        let params = fragments.params.iter_mut().enumerate();
+        match (method, polygon.w) {
+            (Method::Constant, _) => {
+                for (i, param) in params {
+                    *param = self.s(i).into();
+                }
+            }
+            (Method::Perspective, w) => {
+                // Not brought into its range: s is not either, so that r keeps to its plane where a
+                // pixel centre lies outside the polygon.
+                let per_unit = reciprocal(self.inv_w());
+                fragments.w = within(per_unit * w_unit, w.range()).into();
+                for (i, param) in params {
+                    *param = (self.s(i) * per_unit).into();
+                }
+            }
+            (Method::Other, w) => {
+                let mut per_unit = f32x16::splat(self.simd(), 1.0);
+                if let WRange::Varying { w, inv_w } = w {
+                    let mut per_w = self.inv_w();
+                    if polygon.limits.is_some() {
+                        per_w = within(per_w, inv_w);
+                    }
+                    per_unit = reciprocal(per_w);
+                    fragments.w = within(per_unit * w_unit, w).into();
+                }
+                for (i, param) in params {
+                    let s = self.s(i);
+                    let r = if polygon.times_w[i] { s * per_unit } else { s };
+                    *param = r.into();
+                    if let Some(limits) = &polygon.limits {
+                        *param = limited(*param, limits[i]);
+                    }
+                }
+            }
+        }
+        fragments
     }
 }
 
-/// The lanes of each parameter: a loop that is inlined whole, as `std::array::from_fn` need not be.
+/// Values brought into a range.
 #[inline(always)]
-fn each<const N: usize>(lanes: impl Fn(usize) -> Lanes) -> [Lanes; N] {
-    let mut params = [[0.0; LANES]; N];
-    for (i, param) in params.iter_mut().enumerate() {
-        *param = lanes(i);
+fn within<S: Simd>(values: f32x16<S>, (min, max): (f32, f32)) -> f32x16<S> {
+    if !values.simd.level().is_fallback() {
+        return values.max(min).min(max);
     }
-    params
+    // Without SIMD what they do with NaN and zeros would cost more than the rest. This is what a
+    // processor's instructions do.
+    let mut lanes = Lanes::from(values);
+    for value in &mut lanes {
+        let raised = if *value > min { *value } else { min };
+        *value = if raised < max { raised } else { max };
+    }
+    f32x16::simd_from(values.simd, lanes)
 }
 
 /// Values within limits. Of NaN, and of a zero's sign, the same is made on every machine.

@@ -32,10 +32,30 @@ impl<'a> ActiveEdges<'a> {
         while let Some(edge) = self.rest.next_if(|edge| edge.rows.0 == self.y) {
             self.active.push(*edge);
         }
-        // Mostly sorted already, where this is fast; the index makes the order unique. A stable sort
-        // would allocate.
-        self.active.sort_unstable_by_key(|edge| (edge.x, edge.index));
+        self.sort();
         self.next = 0;
+    }
+
+    /// Sorts by column; the index makes the order unique. From row to row few edges pass others, so
+    /// inserting each among those before it takes a step or two. Where it takes more, a sort for any
+    /// order goes on: one that does not allocate, as a stable sort would.
+    fn sort(&mut self) {
+        let key = |edge: &Edge| (edge.x, edge.index);
+        let mut steps = 4 * self.active.len();
+        for end in 1..self.active.len() {
+            let edge = self.active[end];
+            let mut place = end;
+            while place > 0 && key(&edge) < key(&self.active[place - 1]) {
+                self.active[place] = self.active[place - 1];
+                place -= 1;
+            }
+            self.active[place] = edge;
+            let Some(left) = steps.checked_sub(end - place) else {
+                self.active.sort_unstable_by_key(key);
+                return;
+            };
+            steps = left;
+        }
     }
 
     #[inline(never)]

@@ -11,7 +11,7 @@
 //!
 //! The memory that this takes is kept. With N parameters it is 12 bytes a vertex; 4 bytes a face and
 //! a corner; for each band that a face touches 12 bytes, and if it takes its vertices along 24 + 4 N
-//! bytes a corner, rounded up to 16 twice; and 32 + 8 N bytes for a vertex of a clipped face.
+//! bytes a corner; and 32 + 8 N bytes for a vertex of a clipped face.
 
 use std::ops::Range;
 

@@ -1,12 +1,12 @@
 //! From spans to pixels: the inner loops of the renderers.
 //!
-//! A span comes in. Its pixels are taken in blocks that begin at cache lines; each is tested against
-//! the stored depths, and shaded if one of its pixels is seen.
+//! Spans come in, of convex polygons in groups of rows. Their pixels are taken in blocks that begin at
+//! cache lines; each is tested against the stored depths, and shaded if one of its pixels is seen.
 //!
 //! All of a loop must be inlined into a function for the instructions that `simd` stands for, or it
 //! is not compiled for them. And a shader is compiled once for each place that calls it, so these are
-//! few: short spans within the loop over the rows of a polygon, long spans in a function of their
-//! own, and both again for the less usual settings.
+//! few: one for the short spans of a group, two in a function for long spans, and two that will do
+//! for all that is less usual.
 
 use std::ops::Range;
 
@@ -48,10 +48,9 @@ impl Raster {
         shader: &impl Shader<N, C>,
     ) {
         let method = spans.polygon.method;
-        if self != Self::USUAL || method == Method::Other || simd.level().is_fallback() {
-            return self.draw_rest(simd, spans, band, shader);
-        }
-        let Some(groups) = spans.groups() else {
+        // Without SIMD there is nothing to gain by groups.
+        let is_plain = self != Self::USUAL || method == Method::Other || simd.level().is_fallback();
+        let Some(groups) = spans.groups().filter(|_| !is_plain) else {
             return self.draw_rest(simd, spans, band, shader);
         };
         groups.for_each(
@@ -74,14 +73,29 @@ impl Raster {
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        for span in spans {
-            self.draw_any(simd, span, band, shader);
+        if simd.level().is_fallback()
+            && self == Self::USUAL
+            && spans.polygon.method == Method::Perspective
+        {
+            spans.for_each(|span| self.draw_one::<Perspective, _, _, N>(simd, span, band, shader));
+        } else {
+            spans.for_each(|span| self.draw_one::<AnyCase, _, _, N>(simd, span, band, shader));
         }
     }
 
     /// Draws any span.
-    #[inline(never)]
     pub(crate) fn draw_any<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        span: Span<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        self.draw_one::<AnyCase, _, _, N>(simd, span, band, shader);
+    }
+
+    #[inline(never)]
+    fn draw_one<K: Case, S: Simd, C: Copy, const N: usize>(
         self,
         simd: S,
         span: Span<'_, N>,
@@ -90,7 +104,7 @@ impl Raster {
     ) {
         simd.vectorize(
             #[inline(always)]
-            || self.draw_span::<AnyCase, _, _, N>(simd, &span, band, shader),
+            || self.draw_span::<K, _, _, N>(simd, &span, band, shader),
         );
     }
 
@@ -129,8 +143,8 @@ impl Raster {
                 at = at.wrapping_add(LANES);
                 x += LANES as i32;
             }
-            let block = Block { span: &span, x };
-            raster.draw_part(simd, &block, method, lanes & ALL, at, band, shader);
+            let block = Block::new(simd, &span, x);
+            raster.draw_part(&block, method, lanes & ALL, at, band, shader);
             is_second = !is_second && end > LANES;
             row += usize::from(!is_second);
         }
@@ -201,7 +215,7 @@ impl Raster {
         let (start, end) = (row + columns.start, row + columns.end);
         let before = (start + band.line_offset) % LANES;
         let offset = columns.start - band.column(span.column());
-        let mut block = Block { span, x: span.x.start + offset as i32 - before as i32 };
+        let mut block = Block::new(simd, span, span.x.start + offset as i32 - before as i32);
         let mut at = start.wrapping_sub(before);
         let mut lanes = ALL << before & ALL;
         loop {
@@ -209,30 +223,27 @@ impl Raster {
             if left < LANES {
                 lanes &= ALL >> (LANES - left);
             }
-            raster.draw_part(simd, &block, method, lanes, at, band, shader);
+            raster.draw_part(&block, method, lanes, at, band, shader);
             if left <= LANES {
                 return;
             }
             at = at.wrapping_add(LANES);
-            block.x += LANES as i32;
-            let done = raster.draw_whole_blocks(simd, block, method, at..end, band, shader);
-            if at + done == end {
+            block.advance();
+            at += raster.draw_whole_blocks(&mut block, method, at..end, band, shader);
+            if at == end {
                 return;
             }
             // What is left is the end, or a block that is seen in part.
-            at += done;
-            block.x += done as i32;
             lanes = ALL;
         }
     }
 
     /// Draws blocks, the first of which is given, as long as all of their pixels are seen or none;
-    /// how many pixels that are.
+    /// how many pixels that are. Leaves the block after them.
     #[inline(always)]
     fn draw_whole_blocks<S: Simd, C: Copy, const N: usize>(
         self,
-        simd: S,
-        mut block: Block<'_, '_, N>,
+        block: &mut Block<'_, '_, S, N>,
         method: Method,
         pixels: Range<usize>,
         band: &mut Band<'_, C>,
@@ -240,42 +251,37 @@ impl Raster {
     ) -> usize {
         let colors = band.color.get_mut(pixels.clone()).unwrap_or_default();
         let depths = band.depth.get_mut(pixels).unwrap_or_default();
-        let first = block.x;
-        let mut steps = block.steps(simd);
+        let mut done = 0;
         for (colors, depths) in colors.as_chunks_mut().0.iter_mut().zip(depths.as_chunks_mut().0) {
-            let depth = self.depth(&block, steps);
-            let stored = f32x16::simd_from(simd, *depths);
+            let depth = self.depth(block);
+            let stored = f32x16::simd_from(block.simd(), *depths);
             let visible = self.test.passes(depth, stored) & ALL;
             if visible == ALL {
-                let drawn = shader.shade_all(&block, steps, method, depth, colors);
+                let drawn = shader.shade_all(block, method, depth, colors);
                 if self.write {
                     *depths = chosen(drawn, depth, stored);
                 }
             } else if visible != 0 {
                 break;
             }
-            // Whole numbers, exact in f32.
-            steps += LANES as f32;
-            block.x += LANES as i32;
+            done += LANES;
+            block.advance();
         }
-        (block.x - first) as usize
+        done
     }
 
     /// Draws a block that may have lanes outside the span. It may reach over the sides of the
     /// framebuffer: into the next row, whose pixels are put back, or out of the band.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "all that there is about a block")]
     fn draw_part<S: Simd, C: Copy, const N: usize>(
         self,
-        simd: S,
-        block: &Block<'_, '_, N>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         lanes: u32,
         at: usize,
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        let steps = block.steps(simd);
         let colors = band.color.get_mut(at..).and_then(<[C]>::first_chunk_mut);
         let depths = band.depth.get_mut(at..).and_then(<[f32]>::first_chunk_mut);
         let mut copy = None;
@@ -287,7 +293,7 @@ impl Raster {
                 (colors, depths)
             }
         };
-        self.draw_block(block, steps, method, lanes, colors, depths, shader);
+        self.draw_block(block, method, lanes, colors, depths, shader);
         if let Some((colors, depths)) = &copy {
             band.put_back(at, colors, depths);
         }
@@ -295,24 +301,22 @@ impl Raster {
 
     /// The depth test, and if a lane passes, the shader.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "all that there is about a block")]
     fn draw_block<S: Simd, C: Copy, const N: usize>(
         self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         lanes: u32,
         colors: &mut [C; LANES],
         depths: &mut Lanes,
         shader: &impl Shader<N, C>,
     ) {
-        let depth = self.depth(block, steps);
-        let stored = f32x16::simd_from(steps.simd, *depths);
+        let depth = self.depth(block);
+        let stored = f32x16::simd_from(block.simd(), *depths);
         let visible = self.test.passes(depth, stored) & lanes;
         if visible == 0 {
             return;
         }
-        let drawn = shader.shade(block, steps, method, depth, visible, colors);
+        let drawn = shader.shade(block, method, depth, visible, colors);
         if self.write {
             *depths = chosen(drawn, depth, stored);
         }
@@ -320,14 +324,10 @@ impl Raster {
 
     /// What is compared and stored.
     #[inline(always)]
-    fn depth<S: Simd, const N: usize>(
-        self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
-    ) -> f32x16<S> {
+    fn depth<S: Simd, const N: usize>(self, block: &Block<'_, '_, S, N>) -> f32x16<S> {
         match self.source {
-            DepthSource::Z => block.depth(steps),
-            DepthSource::InverseW => block.inverse_w(steps),
+            DepthSource::Z => block.depth(),
+            DepthSource::InverseW => block.depth_by_inv_w(),
         }
     }
 }

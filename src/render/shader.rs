@@ -79,11 +79,10 @@ pub(crate) const ALL: u32 = (1 << LANES) - 1;
 /// What a renderer calls for the visible pixels of a block.
 pub(crate) trait Shader<const N: usize, C> {
     /// Colours the lanes of a block that are all visible, and says which of them were not discarded.
-    /// `steps` are those of [`Block::steps`], `method` is that of the polygon.
+    /// `method` is as in [`Block::fragments`].
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
@@ -92,8 +91,7 @@ pub(crate) trait Shader<const N: usize, C> {
     /// The same where some lanes are visible and the others have to keep their colours.
     fn shade<S: Simd>(
         &self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
@@ -113,13 +111,12 @@ where
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
     ) -> u32 {
-        let fragments = block.fragments(depth, ALL, block.params(steps, method));
+        let fragments = block.fragments(depth, ALL, method);
         let mut drawn = ALL;
         // A plain loop, which the compiler may turn into SIMD.
         for (lane, color) in colors.iter_mut().enumerate() {
@@ -132,14 +129,13 @@ where
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
     ) -> u32 {
-        let fragments = block.fragments(depth, visible, block.params(steps, method));
+        let fragments = block.fragments(depth, visible, method);
         let (mut drawn, mut left) = (visible, visible);
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
@@ -167,13 +163,12 @@ where
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
     ) -> u32 {
-        let mut fragments = block.fragments(depth, ALL, block.params(steps, method));
+        let mut fragments = block.fragments(depth, ALL, method);
         let before = *colors;
         (self.0)(&mut fragments, colors);
         let drawn = fragments.visible & ALL;
@@ -188,14 +183,13 @@ where
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        block: &Block<'_, '_, N>,
-        steps: f32x16<S>,
+        block: &Block<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
         colors: &mut [C; LANES],
     ) -> u32 {
-        let mut fragments = block.fragments(depth, visible, block.params(steps, method));
+        let mut fragments = block.fragments(depth, visible, method);
         let mut shaded = Aligned(*colors);
         (self.0)(&mut fragments, &mut shaded.0);
         // What the shader made is stored here as a whole: only then does the compiler see that its
@@ -203,7 +197,7 @@ where
         let shaded = std::hint::black_box(&shaded).0;
         let drawn = fragments.visible & visible;
         // A loop over three arrays becomes one vector instruction that chooses.
-        let mask = mask32x16::from_bitmask(steps.simd, drawn.into());
+        let mask = mask32x16::from_bitmask(block.simd(), drawn.into());
         let (before, mask) = (*colors, <[i32; LANES]>::from(mask));
         for lane in 0..LANES {
             colors[lane] = if mask[lane] != 0 { shaded[lane] } else { before[lane] };
@@ -220,8 +214,7 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        _: &Block<'_, '_, N>,
-        _: f32x16<S>,
+        _: &Block<'_, '_, S, N>,
         _: Method,
         _: f32x16<S>,
         _: &mut [C; LANES],
@@ -232,8 +225,7 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     #[inline(always)]
     fn shade<S: Simd>(
         &self,
-        _: &Block<'_, '_, N>,
-        _: f32x16<S>,
+        _: &Block<'_, '_, S, N>,
         _: Method,
         _: f32x16<S>,
         visible: u32,
