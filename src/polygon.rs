@@ -460,39 +460,43 @@ impl<const N: usize> ByEdges<N> {
     }
 }
 
-/// A point that moves down along an edge: where it is at a row's centre line, and the change per row.
-struct Along<const N: usize> {
+/// Where an edge is at a row's centre line, and the values there.
+struct Along<'v, const N: usize> {
     x: f64,
-    dx: f64,
     values: ScreenParams<N>,
-    change: ScreenParams<N>,
+    ends: [&'v ScreenVertex<N>; 2],
 }
 
-impl<const N: usize> Along<N> {
-    fn new(vertices: &[ScreenVertex<N>], edge: u32, y: i32) -> Self {
+impl<'v, const N: usize> Along<'v, N> {
+    #[inline(always)]
+    fn new(vertices: &'v [ScreenVertex<N>], edge: u32, y: i32) -> Self {
+        let next = edge as usize + 1;
         let a = &vertices[edge as usize];
-        let b = &vertices[(edge as usize + 1) % vertices.len()];
+        let b = &vertices[if next == vertices.len() { 0 } else { next }];
         // An edge that is not rounded to a horizontal one is not horizontal.
+        let t = ((f64::from(y) + 0.5 - a.y) / (b.y - a.y)).clamp(0.0, 1.0);
+        let values = a.values.zip(&b.values, |a, b| a + (b - a) * t);
+        Self { x: a.x + (b.x - a.x) * t, values, ends: [a, b] }
+    }
+
+    /// The change per row, of x and of the values.
+    fn change(&self) -> (f64, ScreenParams<N>) {
+        let [a, b] = self.ends;
         let height = b.y - a.y;
-        let t = ((f64::from(y) + 0.5 - a.y) / height).clamp(0.0, 1.0);
-        Self {
-            x: a.x + (b.x - a.x) * t,
-            dx: (b.x - a.x) / height,
-            values: a.values.zip(&b.values, |a, b| a + (b - a) * t),
-            change: a.values.zip(&b.values, |a, b| (b - a) / height),
-        }
+        ((b.x - a.x) / height, a.values.zip(&b.values, |a, b| (b - a) / height))
     }
 }
 
 /// Interpolation between the two edges of a run, in Heckbert's way.
-struct Across<const N: usize> {
-    left: Along<N>,
-    right: Along<N>,
+struct Across<'v, const N: usize> {
+    left: Along<'v, N>,
+    right: Along<'v, N>,
     width: f64,
 }
 
-impl<const N: usize> Across<N> {
-    fn new(polygon: &ScreenPolygon<N>, run: &Run) -> Self {
+impl<'v, const N: usize> Across<'v, N> {
+    #[inline(always)]
+    fn new(polygon: &'v ScreenPolygon<N>, run: &Run) -> Self {
         let [left, right] = run.edges.map(|edge| Along::new(&polygon.vertices, edge, run.y));
         let width = right.x - left.x;
         Self { left, right, width }
@@ -524,11 +528,12 @@ impl<const N: usize> Across<N> {
     /// d/dy of l(y) + (r(y) - l(y)) t(x, y), where t is the ratio of x between the edges.
     fn downwards(&self, x: i32) -> ScreenParams<N> {
         let t = self.ratio(x);
-        let change = self.left.change.zip(&self.right.change, |l, r| l + (r - l) * t);
+        let ((left_x, left), (right_x, right)) = (self.left.change(), self.right.change());
+        let change = left.zip(&right, |l, r| l + (r - l) * t);
         if self.width <= 0.0 {
             return change;
         }
-        let dt = -(self.left.dx + (self.right.dx - self.left.dx) * t) / self.width;
+        let dt = -(left_x + (right_x - left_x) * t) / self.width;
         let across = self.left.values.zip(&self.right.values, |l, r| (r - l) * dt);
         change.zip(&across, |a, b| a + b)
     }

@@ -105,7 +105,7 @@ impl CoarseDepth {
             return false;
         }
         let tiles = || down.clone().flat_map(|y| across.clone().map(move |x| (x, y)));
-        if tiles().all(|(x, y)| self.hides(pixels, x, y, depths)) {
+        if tiles().all(|(x, y)| self.hides(pixels, x, y, || depths)) {
             self.misses = 0;
             return true;
         }
@@ -132,8 +132,11 @@ impl CoarseDepth {
         while x.start < x.end {
             let tile = x.start / TILE_WIDTH;
             let end = x.end.min((tile + 1) * TILE_WIDTH);
-            let (a, b) = (depth(x.start), depth(end - 1));
-            if self.hides(pixels, tile, y, (a.min(b), a.max(b))) {
+            let depths = || {
+                let (a, b) = (depth(x.start), depth(end - 1));
+                (a.min(b), a.max(b))
+            };
+            if self.hides(pixels, tile, y, depths) {
                 if start.is_some() {
                     break;
                 }
@@ -146,14 +149,25 @@ impl CoarseDepth {
         start.unwrap_or(x.start)..x.start
     }
 
-    /// Whether nothing with a depth within `depths` is seen in a tile.
-    fn hides(&mut self, pixels: &[f32], x: usize, y: usize, (least, most): (f32, f32)) -> bool {
+    /// Whether nothing with a depth within `depths`, the least and the most, is seen in a tile.
+    #[inline(always)]
+    fn hides(
+        &mut self,
+        pixels: &[f32],
+        x: usize,
+        y: usize,
+        depths: impl FnOnce() -> (f32, f32),
+    ) -> bool {
         let Some(tile) = self.tiles.get(y * self.columns + x) else { return false };
         let mut farthest = tile.farthest;
         if tile.work >= TILE_WORK {
             farthest = self.farthest(pixels, x, y);
             self.tiles[y * self.columns + x] = Tile { farthest, work: 0 };
+        } else if farthest.is_infinite() {
+            // Most likely nothing is known yet.
+            return false;
         }
+        let (least, most) = depths();
         match self.order {
             Order::None => false,
             Order::Less { equal: false } => least >= farthest,
@@ -171,6 +185,7 @@ impl CoarseDepth {
 
     /// The farthest depth in a tile. Depths that are not a number are passed over: they let nothing
     /// be drawn.
+    #[inline(never)]
     fn farthest(&self, pixels: &[f32], x: usize, y: usize) -> f32 {
         let rows = pixels.chunks(self.width).skip(y * TILE_HEIGHT).take(TILE_HEIGHT);
         let columns = x * TILE_WIDTH..self.width.min((x + 1) * TILE_WIDTH);
