@@ -13,73 +13,46 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use clap::Parser;
-use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use image::{GenericImage, RgbaImage};
 use indicatif::{ProgressBar, ProgressStyle};
-use polyscan::obj::Model;
+use polyscan::obj::{Loader, Model};
 use polyscan::render::{Over, Plus};
-use polyscan::{BspTree, Fragment, Framebuffer, Painter, Scanline, Vertex, ZBuffer, record};
+use polyscan::{BspTree, Fragment, Framebuffer, Painter, Scanline, Vertex, ZBuffer};
+
+mod studio;
+
+use studio::{Camera, Surface, View, color_of, parse_size, sphere_around};
 
 /// Draw one scene by the z-buffer, the painter's and the scanline renderer, and compare them.
 #[derive(Parser)]
 struct Options {
-    /// The model in the middle.
-    #[arg(default_value = "examples/assets/cottage.obj")]
-    model: PathBuf,
+    #[command(flatten)]
+    view: View,
     /// The picture to write: the scene, and beside it in red where the z-buffer draws it otherwise.
     /// Its name's ending chooses the format.
     #[arg(long, default_value = "target/renderers.png")]
     output: PathBuf,
     /// Width and height of the scene in pixels.
-    #[arg(long, default_value = "480x360", value_parser = parse_size)]
+    #[arg(long, default_value = "480x360", value_parser = parse_size::<8192>)]
     size: (u32, u32),
-    /// Turn of the camera around the model, in degrees, to the right.
-    #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
-    yaw: f32,
-    /// Height of the camera over the model's level, in degrees, from -90 to 90.
-    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
-    pitch: f32,
     /// How often each renderer is timed; the median is shown.
     #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u16).range(1..=1000))]
     frames: u16,
 }
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let (width, height) = text.split_once('x').ok_or("write it as 480x360")?;
-    let side = |side: &str| match side.parse() {
-        Ok(pixels @ 1..=8192) => Ok(pixels),
-        _ => Err(format!("`{side}` is not a number of pixels from 1 to 8192")),
-    };
-    Ok((side(width)?, side(height)?))
-}
-
-record! {
-    /// What goes from the vertices to the pixels.
-    struct Surface {
-        uv: Vec2,
-        normal: Vec3,
-    }
-}
-
 /// Each pixel is the mean of this many samples in x and in y.
 const SAMPLES: u32 = 2;
-const FIELD_OF_VIEW: f32 = 0.6;
 /// The colour behind everything, in linear light.
 const BACKGROUND: Vec4 = vec4(0.68, 0.76, 0.82, 1.0);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
-    let loaded = Model::load(&options.model)?;
-    for warning in &loaded.warnings {
-        eprintln!("warning: {warning}");
-    }
-    if let Some(folder) = options.output.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    let scene = Scene::around(&loaded.model);
-    let (width, height) = options.size;
-    let camera = Camera::new(&scene, width as f32 / height as f32, &options);
+    let model = studio::load(&Loader::new(), &options.view.model)?;
+    studio::make_folder_of(&options.output)?;
+    let scene = Scene::around(&model);
+    let ((width, height), &View { yaw, pitch, .. }) = (options.size, &options.view);
+    let camera = Camera::around(scene.sphere, width as f32 / height as f32, yaw, pitch);
     let size = (width * SAMPLES, height * SAMPLES);
 
     let timings = 2 * RENDERERS.len() as u64 * u64::from(options.frames);
@@ -88,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let opaque = compare(&scene, scene.glass, &camera, size, options.frames, &bar)?;
     let all = compare(&scene, scene.faces.len(), &camera, size, options.frames, &bar)?;
     bar.finish_and_clear();
-    println!("{}, {} x {} samples", options.model.display(), size.0, size.1);
+    println!("{}, {} x {} samples", options.view.model.display(), size.0, size.1);
     opaque.print("opaque faces");
     all.print("with three panes of glass that cross");
 
@@ -156,15 +129,13 @@ fn compare(
         let shaded = AtomicU64::new(0);
         part.draw(renderer, &mut frame, |face, surface| {
             shaded.fetch_add(1, Ordering::Relaxed);
-            scene.shade(face, surface, camera.light)
+            scene.shade(face, surface, camera)
         });
         let mut runs: Vec<f64> = Vec::new();
         for _ in 0..times {
             let start = Instant::now();
             frame.clear(BACKGROUND, 1.0);
-            part.draw(renderer, &mut frame, |face, surface| {
-                scene.shade(face, surface, camera.light)
-            });
+            part.draw(renderer, &mut frame, |face, surface| scene.shade(face, surface, camera));
             runs.push(milliseconds(start));
             bar.inc(1);
         }
@@ -286,29 +257,6 @@ impl Part<'_> {
     }
 }
 
-struct Camera {
-    clip_from_object: Mat4,
-    /// Direction to the light: beside the camera, above its right shoulder.
-    light: Vec3,
-}
-
-impl Camera {
-    /// A camera that sees the whole of a sphere around the scene.
-    fn new(scene: &Scene<'_>, aspect: f32, options: &Options) -> Self {
-        let Scene { centre, radius, .. } = *scene;
-        let narrow = ((FIELD_OF_VIEW / 2.0).tan() * aspect.min(1.0)).atan();
-        let distance = radius / narrow.sin();
-        let (sin_yaw, cos_yaw) = options.yaw.to_radians().sin_cos();
-        let (sin_pitch, cos_pitch) = options.pitch.clamp(-89.9, 89.9).to_radians().sin_cos();
-        let direction = vec3(sin_yaw * cos_pitch, sin_pitch, cos_yaw * cos_pitch);
-        let right = Vec3::Y.cross(direction).normalize();
-        let light = (direction + 0.6 * right + 0.7 * direction.cross(right)).normalize();
-        let view = look_at_mat4(centre + direction * distance, centre, Vec3::Y);
-        let (near, far) = (distance - radius * 1.01, distance + radius * 1.01);
-        Self { clip_from_object: perspective(FIELD_OF_VIEW, aspect, near, far) * view, light }
-    }
-}
-
 // ------------------------------------------------------------------------------------------- scene
 
 /// How a face looks.
@@ -329,17 +277,13 @@ struct Scene<'a> {
     looks: Vec<Look>,
     /// The number of the first face that is glass.
     glass: usize,
-    centre: Vec3,
-    radius: f32,
+    /// The middle and the radius.
+    sphere: (Vec3, f32),
 }
 
 impl<'a> Scene<'a> {
     fn around(model: &'a Model) -> Self {
-        let (low, high) = model.bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
-        let centre = (low + high) / 2.0;
-        let distances = model.vertices.iter().map(|vertex| vertex.position.distance(centre));
-        // A model that is a point is no reason to divide by zero.
-        let size = distances.fold(f32::MIN_POSITIVE.sqrt(), f32::max);
+        let (centre, size) = sphere_around(model);
         let vertex = |vertex: &polyscan::obj::ModelVertex| {
             let surface = Surface { uv: vertex.uv, normal: vertex.normal };
             Vertex::new(vertex.position.extend(1.0), surface)
@@ -350,8 +294,7 @@ impl<'a> Scene<'a> {
             faces: model.faces().map(|face| face.indices.to_vec()).collect(),
             looks: model.faces().map(|face| Look::Model(face.material)).collect(),
             glass: 0,
-            centre,
-            radius: 1.4 * size,
+            sphere: (centre, 1.4 * size),
         };
         let place = |turn: Quat, x: f32, y: f32, z: f32| {
             Mat4::from_scale_rotation_translation(
@@ -399,21 +342,15 @@ impl<'a> Scene<'a> {
     }
 
     /// The colour of a face. What is opaque has the alpha 1, and covers.
-    fn shade(&self, face: usize, surface: Surface, light: Vec3) -> Over {
-        // A face seen from behind is lit from behind.
-        let facing = surface.normal.normalize_or_zero().dot(light);
-        let lit = 0.15 + 0.85 * if facing < 0.0 { -0.4 * facing } else { facing };
+    fn shade(&self, face: usize, surface: Surface, camera: &Camera) -> Over {
         let color = match self.looks[face] {
             Look::Paint(color) => color,
             Look::Glass(tint) => return glass(tint, surface.uv),
             Look::Model(material) => {
-                let material = &self.model.materials[material];
-                let texture = material.texture.and_then(|i| self.model.textures.get(i));
-                let picture = texture.map_or(Vec3::ONE, |t| t.sample(surface.uv).truncate());
-                material.diffuse * picture
+                color_of(self.model, self.model.materials.get(material), surface.uv)
             }
         };
-        Over((color * lit).extend(1.0))
+        Over((color * camera.lit(&surface)).extend(1.0))
     }
 }
 
