@@ -119,6 +119,31 @@ fn a_constant_parameter_stays_so_at_any_w_ratio() {
     assert!(seen > 0);
 }
 
+/// A vertex so far away that f64 no longer knows the plane at the near end. The parameters are not
+/// right there, but sane: the fuzz target asks no more of w ratios over 2^28.
+#[test]
+fn a_vertex_at_a_w_ratio_of_2_to_the_52_keeps_w_and_depth_in_their_ranges() {
+    let far = 4_503_599_600_000_000.0;
+    let triangle = [
+        (vec4(-1.5, -1.5, -1.5, -1.5), [7_652_601_000_000_000.0]),
+        (vec4(-11.25, -18.105_469, 7.897_059, 11.25), [-1.5]),
+        (vec4(1.699_219 * far, 1.699_219 * far, 1.699_219 * far, far), [-1.5]),
+    ]
+    .map(|(position, params)| Vertex::new(position, params));
+    let mut scan = ScanConverter::new(Viewport::new(65536, 64).expect("the largest width"));
+    scan.clip_space = polyscan::ClipSpace::MinusOneToOne;
+    let mut seen = 0;
+    for span in scan.spans(&triangle) {
+        for fragment in span.fragments().take(100) {
+            assert!(fragment.w > 0.0 && fragment.w <= far, "{fragment:?}");
+            assert!((0.0..=1.0).contains(&fragment.depth), "{fragment:?}");
+            assert!(fragment.params[0].is_finite(), "{fragment:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 0);
+}
+
 /// Distances were infinite on both sides of the plane, and their ratio NaN.
 #[test]
 fn a_plane_that_is_not_finite_cuts_nothing() {

@@ -65,9 +65,12 @@ impl ParamRange {
         if values.0 == values.1 && !is_divided(scan, polygon, i) {
             return Some(Self { values, rounding: 0.0 });
         }
-        // s = r / w in units of the least w must be a normal number, and nothing may overflow.
+        // s = r / w in units of the least w must be a normal number, and nothing may overflow. And a new
+        // vertex is off by 2^-53 of the far end's w, which may be no more than a part of a subpixel at
+        // the near end, of 2^24 in the width of the largest viewport: else the plane is not known.
         let (near, far) = visible_w(scan, polygon);
-        let fits = largest * f64::from(near) / f64::from(far) > 1e-30 && largest < 1e30;
+        let ratio = f64::from(far) / f64::from(near);
+        let fits = largest / ratio > 1e-30 && largest < 1e30 && ratio < (1u64 << 28) as f64;
         fits.then_some(Self { values, rounding: largest * TOLERANCE })
     }
 
