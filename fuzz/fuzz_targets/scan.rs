@@ -29,6 +29,10 @@ const FRAGMENTS: usize = 300;
 /// rounded, in blocks along which 1/w may fall to a quarter, where the library says less than 1e-6.
 const TOLERANCE: f64 = 1e-6;
 
+/// How far the vertices of a polygon of four sides or more may lie from the plane that stands for
+/// them, as the library says, with the same measure.
+const PLANE: f64 = 1.0 / (1 << 19) as f64;
+
 /// A pixel centre may lie outside the polygon, so far that a parameter leaves the range of the
 /// vertices' values by its change over this part of a pixel, in x and in y.
 const OUTSIDE: f64 = 1.0 / 256.0;
@@ -71,7 +75,8 @@ impl ParamRange {
         let (near, far) = visible_w(scan, polygon);
         let ratio = f64::from(far) / f64::from(near);
         let fits = largest / ratio > 1e-30 && largest < 1e30 && ratio < (1u64 << 28) as f64;
-        fits.then_some(Self { values, rounding: largest * TOLERANCE })
+        let off = if polygon.len() > 3 { TOLERANCE + PLANE } else { TOLERANCE };
+        fits.then_some(Self { values, rounding: largest * off })
     }
 
     /// Whether a fragment may have this value where it changes by `change` per pixel.
