@@ -9,16 +9,25 @@
 //! The end is that of the polygon, visible or not. So a fragment is a function of the polygon and
 //! the pixel alone, and a picture is the same to the bit however it is cut into tiles.
 
-use fearless_simd::{Level, Simd, SimdBase, SimdFrom, dispatch, f32x16};
+use fearless_simd::{
+    Level, Select, Simd, SimdBase, SimdFrom, SimdMask, dispatch, f32x16, mask32x16,
+};
 
-use crate::polygon::{Method, WRange};
-use crate::span::{Line, Place, Span};
+use crate::polygon::{Method, ScreenPolygon, WRange};
+use crate::project::ScreenParams;
+use crate::span::{Place, Span};
 
 /// The number of pixels in a block.
 pub const LANES: usize = 16;
 
 /// One value for each pixel of a block.
 pub type Lanes = [f32; LANES];
+
+/// All lanes of a block, a bit a lane.
+pub(crate) const ALL: u32 = (1 << LANES) - 1;
+
+/// The number of pixels in each half of a block.
+pub(crate) const HALF: usize = LANES / 2;
 
 /// A pixel that a polygon covers.
 #[derive(Clone, Copy, Debug)]
@@ -87,13 +96,10 @@ impl<'a, const N: usize> Iterator for Fragments<'a, N> {
     }
 }
 
-/// [`LANES`] neighbouring pixels of a row as arrays, for shaders that work on all of them at once.
+/// [`LANES`] pixels of a polygon as arrays, for shaders that work on all of them at once. They are
+/// neighbours in a row, or one half of them in a row and the other in another.
 #[derive(Clone, Debug)]
 pub struct FragmentBlock<'a, const N: usize> {
-    /// The column of lane 0 on the framebuffer; lane i is at column x + i.
-    pub x: i32,
-    /// The row on the framebuffer.
-    pub y: i32,
     /// The number of the polygon, as [`Fragment::face`].
     pub face: u32,
     /// Which lanes are drawn, a bit a lane, bit 0 for lane 0. The values of other lanes mean
@@ -105,10 +111,19 @@ pub struct FragmentBlock<'a, const N: usize> {
     pub w: Lanes,
     /// The parameters r_1 .. r_N, as [`Fragment::params`].
     pub params: [Lanes; N],
-    place: Place<'a, N>,
+    /// Of each half, the column of its first lane on the framebuffer, and where it comes from.
+    halves: [(i32, Place<'a, N>); 2],
 }
 
 impl<'a, const N: usize> FragmentBlock<'a, N> {
+    /// The column and the row of a lane on the framebuffer.
+    #[inline(always)]
+    pub fn position(&self, lane: usize) -> (i32, i32) {
+        let lane = lane.min(LANES - 1);
+        let (x, place) = &self.halves[lane / HALF];
+        (x.wrapping_add((lane % HALF) as i32), place.y())
+    }
+
     /// One of the fragments. Lanes from [`LANES`] on are none; they give the last.
     #[inline(always)]
     pub fn fragment(&self, lane: usize) -> Fragment<'a, N> {
@@ -117,69 +132,102 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
         for (param, lanes) in params.iter_mut().zip(&self.params) {
             *param = lanes[lane];
         }
+        let (x, y) = self.position(lane);
         Fragment {
-            x: self.x.wrapping_add(lane as i32),
-            y: self.y,
+            x,
+            y,
             face: self.face,
             depth: self.depth[lane],
             w: self.w[lane],
             params,
-            place: self.place,
+            place: self.halves[lane / HALF].1,
         }
     }
 }
 
-/// [`LANES`] neighbouring pixels of a row, some of which belong to a span: what is linear over the
-/// screen there, and what follows from it.
+/// [`LANES`] pixels, some of which belong to a span: what is linear over the screen there, and what
+/// follows from it. They are neighbours in the row of a span, or halves of them in those of two.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Block<'s, 'a, S: Simd, const N: usize> {
-    span: &'s Span<'a, N>,
-    /// The column of lane 0, relative to the viewport.
-    x: i32,
+pub(crate) struct Block<'s, 'a, S: Simd, const N: usize, const SPANS: usize> {
+    spans: [&'s Span<'a, N>; SPANS],
+    /// The column of the first lane in each span, relative to the viewport.
+    x: [i32; SPANS],
     /// How far the pixels are from the end of the span where its values are given: whole numbers,
     /// exact in f32.
     steps: f32x16<S>,
 }
 
-impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N> {
+impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N, 1> {
     /// The block whose lane 0 is at column `x` relative to the viewport. It may lie outside the span;
     /// visible lanes do not.
     #[inline(always)]
     pub(crate) fn new(simd: S, span: &'s Span<'a, N>, x: i32) -> Self {
         const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
-        Self { span, x, steps: f32x16::simd_from(simd, LANE) + (x - span.line.x) as f32 }
+        let steps = f32x16::simd_from(simd, LANE) + (x - span.line.x) as f32;
+        Self { spans: [span], x: [x], steps }
     }
 
     /// Goes on to the next block.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
-        self.x += LANES as i32;
+        self.x[0] += LANES as i32;
         self.steps += LANES as f32;
-    }
-
-    #[inline(always)]
-    pub(crate) fn simd(&self) -> S {
-        self.steps.simd
     }
 
     /// Which lanes belong to the span, a bit a lane.
     #[inline(always)]
     fn lanes(&self) -> u32 {
-        let lane = |column: i32| (column - self.x).clamp(0, LANES as i32) as u32;
-        (1 << lane(self.span.x.end)) - (1 << lane(self.span.x.start))
+        let ([span], [x]) = (self.spans, self.x);
+        let lane = |column: i32| (column - x).clamp(0, LANES as i32) as u32;
+        (1 << lane(span.x.end)) - (1 << lane(span.x.start))
+    }
+}
+
+impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N, 2> {
+    /// The block of a half in each of two spans of the same polygon, which begin at the columns `x`.
+    /// The values change alike along both.
+    #[inline(always)]
+    pub(crate) fn pair(simd: S, spans: [&'s Span<'a, N>; 2], x: [i32; 2]) -> Self {
+        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 0., 1., 2., 3., 4., 5., 6., 7.];
+        let [first, second] = [0, 1].map(|i| (x[i] - spans[i].line.x) as f32);
+        Self { spans, x, steps: f32x16::simd_from(simd, LANE) + halves(simd, first, second) }
+    }
+}
+
+impl<'s, 'a, S: Simd, const N: usize, const SPANS: usize> Block<'s, 'a, S, N, SPANS> {
+    #[inline(always)]
+    pub(crate) fn simd(&self) -> S {
+        self.steps.simd
+    }
+
+    #[inline(always)]
+    fn polygon(&self) -> &'a ScreenPolygon<N> {
+        self.spans[0].place.polygon
+    }
+
+    /// A value that is linear along the spans, given at the ends of their lines and by its change per
+    /// pixel.
+    #[inline(always)]
+    fn linear(&self, value: impl Fn(&ScreenParams<N, f32>) -> f32) -> f32x16<S> {
+        let [first, last] = [self.spans[0], self.spans[SPANS - 1]].map(|span| &span.line);
+        let change = self.steps * value(&first.delta);
+        if SPANS == 1 {
+            change + value(&first.at)
+        } else {
+            change + halves(self.simd(), value(&first.at), value(&last.at))
+        }
     }
 
     /// The depths.
     #[inline(always)]
     pub(crate) fn depth(&self) -> f32x16<S> {
-        let Line { at, delta, .. } = &self.span.line;
-        within(self.steps * delta.z + at.z, self.span.place.polygon.z)
+        within(self.linear(|line| line.z), self.polygon().z)
     }
 
     /// 1/w as depth: what grows towards the eye.
     #[inline(always)]
     pub(crate) fn depth_by_inv_w(&self) -> f32x16<S> {
-        let polygon = self.span.place.polygon;
+        let polygon = self.polygon();
         match polygon.w {
             WRange::Constant { inv_w, .. } => f32x16::splat(self.simd(), inv_w),
             WRange::Varying { inv_w, .. } => {
@@ -192,15 +240,13 @@ impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N> {
     /// of its outline, it may leave the polygon's range.
     #[inline(always)]
     fn inv_w(&self) -> f32x16<S> {
-        let Line { at, delta, .. } = &self.span.line;
-        self.steps * delta.inv_w + at.inv_w
+        self.linear(|line| line.inv_w)
     }
 
     /// s_i, or r_i where the parameter is not divided by w.
     #[inline(always)]
     fn s(&self, i: usize) -> f32x16<S> {
-        let Line { at, delta, .. } = &self.span.line;
-        self.steps * delta.s[i] + at.s[i]
+        self.linear(|line| line.s[i])
     }
 
     /// The fragments: one reciprocal a pixel, or none if w is constant. `method` is that of the
@@ -212,17 +258,17 @@ impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N> {
         visible: u32,
         method: Method,
     ) -> FragmentBlock<'a, N> {
-        let place = self.span.place;
-        let polygon = place.polygon;
+        let polygon = self.polygon();
+        let half = |span: usize, x: i32| {
+            (polygon.corner.0.wrapping_add(self.x[span]).wrapping_add(x), self.spans[span].place)
+        };
         let mut fragments = FragmentBlock {
-            x: polygon.corner.0.wrapping_add(self.x),
-            y: place.y(),
             face: polygon.face,
             visible,
             depth: depth.into(),
             w: [polygon.w.range().0; LANES],
             params: [[0.0; LANES]; N],
-            place,
+            halves: [half(0, 0), half(SPANS - 1, if SPANS == 1 { HALF as i32 } else { 0 })],
         };
         let w_unit = polygon.w_unit as f32;
         // Plain loops, which are inlined whole.
@@ -264,6 +310,13 @@ impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N> {
         }
         fragments
     }
+}
+
+/// One value in the lower half of the lanes, another in the upper.
+#[inline(always)]
+fn halves<S: Simd>(simd: S, lower: f32, upper: f32) -> f32x16<S> {
+    let is_upper = mask32x16::from_bitmask(simd, (ALL << HALF & ALL).into());
+    is_upper.select(f32x16::splat(simd, upper), f32x16::splat(simd, lower))
 }
 
 /// Values brought into a range.

@@ -77,7 +77,7 @@
 //! # Shaders, and speed
 //!
 //! A shader is a closure from a [`Fragment`] to a colour ([`ZBuffer::draw`]), or from a
-//! [`FragmentBlock`] of 16 neighbouring fragments to theirs ([`ZBuffer::draw_blocks`]). The second
+//! [`FragmentBlock`] of 16 fragments to theirs ([`ZBuffer::draw_blocks`]). The second
 //! is for speed: its loop over the lanes becomes SIMD instructions, for the best level that the
 //! machine has. For that a shader must be inlined: a closure is, and what it calls if that is small
 //! or marked `#[inline(always)]`; a function that is given by its name is not. Meshes are best drawn as such, by [`ZBuffer::draw_mesh`] and

@@ -146,26 +146,11 @@ impl<const N: usize> Default for Flags<N> {
     }
 }
 
-/// The values along the runs of a group of rows: each [`Line`], number by number.
+/// The values along the runs of a group of rows, where they have planes: each [`Line`], number by
+/// number.
 pub(crate) struct Lines<const N: usize> {
     x: [i32; ROWS],
     at: ScreenParams<N, [f32; ROWS]>,
-    delta: ScreenParams<N, [f32; ROWS]>,
-}
-
-impl<const N: usize> Lines<N> {
-    /// The values along one run.
-    #[inline(always)]
-    pub(crate) fn get(&self, row: usize) -> Line<N> {
-        let values = |of: &ScreenParams<N, [f32; ROWS]>| {
-            let mut s = [0.0; N];
-            for (s, rows) in s.iter_mut().zip(&of.s) {
-                *s = rows[row];
-            }
-            ScreenParams { z: of.z[row], inv_w: of.inv_w[row], s }
-        };
-        Line { x: self.x[row], at: values(&self.at), delta: values(&self.delta) }
-    }
 }
 
 impl<const N: usize> Default for ScreenPolygon<N> {
@@ -355,16 +340,10 @@ impl<const N: usize> ScreenPolygon<N> {
         Line { x, at, delta }
     }
 
-    /// The values along the runs of a group of rows.
+    /// The values along the runs of a group of rows, where they have planes.
     #[inline(always)]
     pub(crate) fn lines(&self, group: &RunGroup) -> Lines<N> {
-        let splat = |value| [value; ROWS];
-        let ScreenParams { z, inv_w, s } = self.delta;
-        let mut delta = ScreenParams { z: splat(z), inv_w: splat(inv_w), s: [[0.0; ROWS]; N] };
-        for (rows, s) in delta.s.iter_mut().zip(s) {
-            *rows = splat(s);
-        }
-        let is_falling = inv_w < 0.0;
+        let is_falling = self.delta.inv_w < 0.0;
         let mut x = group.start;
         let (mut xs, mut ys) = ([0.0; ROWS], [0.0; ROWS]);
         for row in 0..ROWS {
@@ -374,31 +353,18 @@ impl<const N: usize> ScreenPolygon<N> {
             xs[row] = f64::from(x[row]) + 0.5;
             ys[row] = f64::from(group.y) + row as f64 + 0.5;
         }
-        let mut lines = Lines { x, at: self.gradient.at_each(xs, ys), delta };
-        if self.by_edges.any {
-            self.put_lines_by_edges(group, &mut lines);
-        }
-        lines
+        Lines { x, at: self.gradient.at_each(xs, ys) }
     }
 
-    #[cold]
-    #[inline(never)]
-    fn put_lines_by_edges(&self, group: &RunGroup, lines: &mut Lines<N>) {
-        for row in 0..group.len {
-            let run = group.run(row);
-            if run.x.is_empty() {
-                continue;
-            }
-            let line = self.line_by_edges(run);
-            lines.x[row] = line.x;
-            for (rows, values) in [(&mut lines.at, line.at), (&mut lines.delta, line.delta)] {
-                rows.z[row] = values.z;
-                rows.inv_w[row] = values.inv_w;
-                for (rows, s) in rows.s.iter_mut().zip(values.s) {
-                    rows[row] = s;
-                }
-            }
+    /// The values along one of the runs.
+    #[inline(always)]
+    pub(crate) fn line_of(&self, lines: &Lines<N>, row: usize) -> Line<N> {
+        let mut s = [0.0; N];
+        for (s, rows) in s.iter_mut().zip(&lines.at.s) {
+            *s = rows[row];
         }
+        let at = ScreenParams { z: lines.at.z[row], inv_w: lines.at.inv_w[row], s };
+        Line { x: lines.x[row], at, delta: self.delta }
     }
 
     /// Whether some values have no plane, so that the edges of each run are needed.

@@ -305,8 +305,10 @@ pub(crate) struct SpanGroups<'a, const N: usize> {
 /// The spans of neighbouring rows.
 pub(crate) struct SpanGroup<'a, 'g, const N: usize> {
     polygon: &'a ScreenPolygon<N>,
-    columns: &'g Range<i32>,
     runs: &'g RunGroup,
+    /// The visible columns of each run; none in rows from [`len`](Self::len) on.
+    start: [i32; ROWS],
+    end: [i32; ROWS],
     lines: Lines<N>,
 }
 
@@ -318,30 +320,56 @@ impl<'a, const N: usize> SpanGroups<'a, N> {
         outline.for_each_group(
             polygon.needs_edges(),
             #[inline(always)]
-            |runs| f(&SpanGroup { polygon, columns, runs, lines: polygon.lines(runs) }),
+            |runs| f(&SpanGroup::new(polygon, runs, columns)),
         );
     }
 }
 
-impl<'a, const N: usize> SpanGroup<'a, '_, N> {
+impl<'a, 'g, const N: usize> SpanGroup<'a, 'g, N> {
+    #[inline(always)]
+    fn new(polygon: &'a ScreenPolygon<N>, runs: &'g RunGroup, columns: &Range<i32>) -> Self {
+        let (mut start, mut end) = (runs.start, runs.end);
+        for row in 0..ROWS {
+            start[row] = start[row].max(columns.start);
+            let last = if row < runs.len { end[row].min(columns.end) } else { i32::MIN };
+            end[row] = last.max(start[row]);
+        }
+        Self { polygon, runs, start, end, lines: polygon.lines(runs) }
+    }
+
     /// The number of rows.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
         self.runs.len
     }
 
+    /// Whether all values have planes, so that they change alike in all rows.
+    #[inline(always)]
+    pub(crate) fn has_planes(&self) -> bool {
+        !self.polygon.needs_edges()
+    }
+
     /// The span of a row, if it has one.
     #[inline(always)]
     pub(crate) fn span(&self, row: usize) -> Option<Span<'a, N>> {
-        let Self { polygon, columns, runs, lines } = self;
+        let span = if self.has_planes() {
+            self.span_by_planes(row)
+        } else {
+            let row = row % ROWS;
+            let run = self.runs.run(row);
+            let x = self.start[row]..self.end[row];
+            Span::with_line(self.polygon, &run, x, self.polygon.line(&run))
+        };
+        if span.x.is_empty() { None } else { Some(span) }
+    }
+
+    /// The span of a row, which may be empty, where all values have planes.
+    #[inline(always)]
+    pub(crate) fn span_by_planes(&self, row: usize) -> Span<'a, N> {
         // Not more than there can be, so that it need not be checked.
         let row = row % ROWS;
-        Span::with_line(
-            polygon,
-            &runs.run(row),
-            columns,
-            #[inline(always)]
-            || lines.get(row),
-        )
+        let x = self.start[row]..self.end[row];
+        let line = self.polygon.line_of(&self.lines, row);
+        Span::with_line(self.polygon, &self.runs.run(row), x, line)
     }
 }

@@ -60,23 +60,20 @@ impl<'a, const N: usize> Span<'a, N> {
         run: &Run,
         columns: &Range<i32>,
     ) -> Option<Self> {
-        Self::with_line(polygon, run, columns, || polygon.line(run))
+        let x = run.x.start.max(columns.start)..run.x.end.min(columns.end);
+        if x.is_empty() { None } else { Some(Self::with_line(polygon, run, x, polygon.line(run))) }
     }
 
-    /// The same, where `line` gives the values along the run.
+    /// The columns `x` of a run, with the values along it.
     #[inline(always)]
     pub(crate) fn with_line(
         polygon: &'a ScreenPolygon<N>,
         run: &Run,
-        columns: &Range<i32>,
-        line: impl FnOnce() -> Line<N>,
-    ) -> Option<Self> {
-        let x = run.x.start.max(columns.start)..run.x.end.min(columns.end);
-        if x.is_empty() {
-            return None;
-        }
+        x: Range<i32>,
+        line: Line<N>,
+    ) -> Self {
         let place = Place { polygon, y: run.y, x: [run.x.start, run.x.end], edges: run.edges };
-        Some(Self { place, x, line: line() })
+        Self { place, x, line }
     }
 
     /// The row on the framebuffer.

@@ -9,7 +9,9 @@ use common::generators::{self, Rng};
 use common::vertices;
 use glam::vec4;
 use polyscan::render::{Over, Plus};
-use polyscan::{DepthSource, DepthTest, Framebuffer, Vertex, Viewport, ZBuffer};
+use polyscan::{
+    DepthSource, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBuffer,
+};
 
 const TESTS: [DepthTest; 8] = [
     DepthTest::Never,
@@ -247,4 +249,82 @@ fn pictures_go_in_and_come_out() {
     let drawn = frame.to_image();
     assert_eq!(drawn.get_pixel(5, 3).0, [1, 2, 3, 4]);
     assert_eq!(drawn.get_pixel(0, 0), picture.get_pixel(0, 0));
+}
+
+/// What a shader is told of a pixel: column, row, face, and the bits of w and the parameters.
+type Told = (i32, i32, u32, u32, [u32; 3]);
+
+/// Polygons a few pixels large, in and around a frame, some with values that have no plane.
+fn small_polygons(rng: &mut Rng, width: u32, height: u32) -> Vec<Vec<Vertex<3>>> {
+    let polygon = |rng: &mut Rng, sides: usize| {
+        let size = rng.octaves(0.5, 20.0);
+        let centre = [width, height].map(|pixels| rng.range(-2.0, f64::from(pixels) + 2.0));
+        let start = rng.range(0.0, 6.3);
+        let vertex = |corner: usize| {
+            let angle = start + corner as f64 * 6.3 / sides as f64;
+            let [x, y] = [centre[0] + size * angle.cos(), centre[1] + size * angle.sin()];
+            let [x, y] = [2.0 * x / f64::from(width) - 1.0, 1.0 - 2.0 * y / f64::from(height)];
+            let (w, z) = (rng.octaves(1.0, 10.0), rng.range(0.1, 0.9));
+            let position = [x * w, y * w, z * w, w].map(|coordinate| coordinate as f32);
+            Vertex::new(position.into(), [0; 3].map(|_| rng.range(-1.0, 1.0) as f32))
+        };
+        (0..sides).map(vertex).collect()
+    };
+    (0..12).map(|i| polygon(rng, if i % 4 == 0 { 4 } else { 3 })).collect()
+}
+
+#[test]
+fn small_polygons_are_drawn_as_their_fragments_say_in_frames_of_any_width() {
+    let rng = &mut Rng::new(77);
+    let (mut pixels, mut shared) = (0, 0);
+    for width in 1..=40 {
+        for height in [1, 2, 5, 33, 70] {
+            let scene = small_polygons(rng, width, height);
+            let empty = (-1, -1, u32::MAX, 0, [0; 3]);
+            let frame = || Framebuffer::<Told>::new(width, height, empty).expect("a small frame");
+            let told = |f: &Fragment<'_, 3>, face: u32| {
+                (f.x, f.y, face, f.w.to_bits(), f.params.map(f32::to_bits))
+            };
+            // One fragment after the other, as the scan converter gives them.
+            let (mut colors, mut depths) = (frame().color().to_vec(), frame().depth().to_vec());
+            let mut scan = ScanConverter::new(frame().viewport());
+            for (face, polygon) in scene.iter().enumerate() {
+                for span in scan.spans(polygon) {
+                    for f in span.fragments() {
+                        let pixel = f.y as usize * width as usize + f.x as usize;
+                        shared += u32::from(colors[pixel] != empty);
+                        if f.depth < depths[pixel] {
+                            (colors[pixel], depths[pixel]) = (told(&f, face as u32), f.depth);
+                        }
+                    }
+                }
+            }
+            pixels += colors.iter().filter(|&&color| color != empty).count();
+
+            let vertices = scene.concat();
+            let mut next = 0;
+            let faces: Vec<Vec<u32>> = scene
+                .iter()
+                .map(|polygon| {
+                    next += polygon.len() as u32;
+                    (next - polygon.len() as u32..next).collect()
+                })
+                .collect();
+            let mut by_fragment = frame();
+            let mut renderer = ZBuffer::new(by_fragment.viewport());
+            renderer.draw_mesh(&mut by_fragment, &vertices, &faces, |f| told(f, f.face));
+            assert_eq!((by_fragment.color(), by_fragment.depth()), (&colors[..], &depths[..]));
+            let mut by_block = frame();
+            renderer.draw_mesh_blocks(&mut by_block, &vertices, &faces, |block, colors| {
+                for (lane, color) in colors.iter_mut().enumerate() {
+                    let (x, y) = block.position(lane);
+                    let params = std::array::from_fn(|i| block.params[i][lane].to_bits());
+                    *color = (x, y, block.face, block.w[lane].to_bits(), params);
+                }
+            });
+            assert_eq!((by_block.color(), by_block.depth()), (&colors[..], &depths[..]));
+        }
+    }
+    // There was something to see, and something hidden.
+    assert!(pixels > 30_000 && shared > 10_000, "{pixels} pixels, {shared} drawn again");
 }

@@ -5,7 +5,7 @@ use std::ops::{Add, Mul, Range};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
-use crate::fragment::LANES;
+use crate::fragment::{HALF, LANES};
 use crate::project::{Rect, SizeError, Viewport};
 use crate::render::coarse_depth::CoarseDepth;
 #[cfg(not(feature = "parallel"))]
@@ -168,10 +168,10 @@ impl<'a, C> Band<'a, C> {
         (x - self.column) as usize
     }
 
-    /// A copy of the pixels of a block that begins at `at`, which may reach out of the band; `None` if
+    /// A copy of the pixels of half a block that begins at `at`, which may reach out of the band; `None` if
     /// the band has no pixels.
     #[cold]
-    pub(crate) fn copy(&self, at: usize) -> Option<([C; LANES], [f32; LANES])>
+    pub(crate) fn copy(&self, at: usize) -> Option<([C; HALF], [f32; HALF])>
     where
         C: Copy,
     {
@@ -184,11 +184,11 @@ impl<'a, C> Band<'a, C> {
 
     /// Puts back a copy that was changed.
     #[cold]
-    pub(crate) fn put_back(&mut self, at: usize, colors: &[C; LANES], depths: &[f32; LANES])
+    pub(crate) fn put_back(&mut self, at: usize, colors: &[C; HALF], depths: &[f32; HALF])
     where
         C: Copy,
     {
-        for lane in 0..LANES {
+        for lane in 0..HALF {
             let place = at.wrapping_add(lane);
             if let (Some(color), Some(depth)) =
                 (self.color.get_mut(place), self.depth.get_mut(place))

@@ -1,7 +1,8 @@
 //! From spans to pixels: the inner loops of the renderers.
 //!
-//! Spans come in, of convex polygons in groups of rows. Their pixels are taken in blocks that begin at
-//! cache lines; each is tested against the stored depths, and shaded if one of its pixels is seen.
+//! Spans come in, of convex polygons in groups of rows. The pixels of long ones are taken in blocks
+//! that begin at cache lines, those of short ones in blocks with a half in each of two rows; each
+//! block is tested against the stored depths, and shaded if one of its pixels is seen.
 //!
 //! All of a loop must be inlined into a function for the instructions that `simd` stands for, or it
 //! is not compiled for them. And a shader is compiled once for each place that calls it, so these are
@@ -10,16 +11,22 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Select, Simd, SimdFrom, SimdMask, f32x16, mask32x16};
+use fearless_simd::{
+    Select, Simd, SimdCombine, SimdFrom, SimdMask, SimdSplit, f32x8, f32x16, mask32x16,
+};
 
-use crate::fragment::{Block, LANES, Lanes};
+use crate::edge_table::ROWS;
+use crate::fragment::{ALL, Block, HALF, LANES};
 use crate::polygon::Method;
 use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
 use crate::render::framebuffer::Band;
-use crate::render::shader::{ALL, Shader};
+use crate::render::shader::{Halves, Shader};
 use crate::render::z_buffer::{DepthSource, DepthTest};
 use crate::scan::{SpanGroup, Spans};
 use crate::span::Span;
+
+/// The most pixels of a span that is drawn together with that of the next row.
+const SHORT: usize = LANES;
 
 /// What to do with fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,8 +115,8 @@ impl Raster {
         );
     }
 
-    /// Draws the spans of a group of rows. Short ones, of one block or two, are drawn here: one block
-    /// in each round of the loop.
+    /// Draws the spans of a group of rows. Short ones are drawn here, by blocks that have a half in
+    /// each of two rows: a small triangle has few pixels in a row.
     #[inline(always)]
     fn draw_group<K: Case, S: Simd, C: Copy, const N: usize>(
         self,
@@ -118,39 +125,42 @@ impl Raster {
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        let mut row = 0;
-        let mut is_second = false;
-        while row < group.len() {
-            let Some(span) = group.span(row) else {
-                row += 1;
-                continue;
-            };
-            let (raster, method) = K::of(self, span.place.polygon.method);
-            if span.x.len() > LANES {
-                self.draw_span_of::<K, _, _, N>(simd, (group, row), band, shader);
-                row += 1;
+        for row in (0..ROWS).step_by(2) {
+            if row >= group.len() {
+                return;
+            }
+            let spans = [group.span_by_planes(row), group.span_by_planes(row + 1)];
+            let lengths = [spans[0].x.len(), spans[1].x.len()];
+            let longest = lengths[0].max(lengths[1]);
+            if longest > SHORT || !group.has_planes() {
+                for row in [row, row + 1] {
+                    self.draw_span_of::<K, _, _, N>(simd, (group, row), band, shader);
+                }
                 continue;
             }
-            let start = band.row(span.y()) + band.column(span.column());
-            let before = (start + band.line_offset) % LANES;
-            let end = before + span.x.len();
-            // The lanes of both blocks, the second's above the first's.
-            let mut lanes = ((1 << end) - 1) & !((1 << before) - 1);
-            let mut at = start.wrapping_sub(before);
-            let mut x = span.x.start - before as i32;
-            if is_second {
-                lanes >>= LANES;
-                at = at.wrapping_add(LANES);
-                x += LANES as i32;
+            let (raster, method) = K::of(self, spans[0].place.polygon.method);
+            let start = [0, 1].map(|i| band.row(spans[i].y()) + band.column(spans[i].column()));
+            let mut done = 0;
+            while done < longest {
+                let lanes = lengths.map(|len| (1 << len.saturating_sub(done).min(HALF)) - 1);
+                let mut at = start.map(|start| start + done);
+                // A half without pixels lies beside the other.
+                if lanes[0] == 0 {
+                    at[0] = at[1].wrapping_sub(HALF);
+                }
+                if lanes[1] == 0 {
+                    at[1] = at[0] + HALF;
+                }
+                let x = [0, 1].map(|i| spans[i].x.start + done as i32);
+                let block = Block::pair(simd, [&spans[0], &spans[1]], x);
+                raster.draw_part(&block, method, lanes[0] | lanes[1] << HALF, at, band, shader);
+                done += HALF;
             }
-            let block = Block::new(simd, &span, x);
-            raster.draw_part(&block, method, lanes & ALL, at, band, shader);
-            is_second = !is_second && end > LANES;
-            row += usize::from(!is_second);
         }
     }
 
-    /// Draws a long span of a group of rows.
+    /// Draws a long span of a group of rows. It is taken out of the group here: made by the caller, the
+    /// compiler would gather its values for every row, long or not.
     #[inline(never)]
     fn draw_span_of<K: Case, S: Simd, C: Copy, const N: usize>(
         self,
@@ -223,7 +233,7 @@ impl Raster {
             if left < LANES {
                 lanes &= ALL >> (LANES - left);
             }
-            raster.draw_part(&block, method, lanes, at, band, shader);
+            raster.draw_part(&block, method, lanes, [at, at.wrapping_add(HALF)], band, shader);
             if left <= LANES {
                 return;
             }
@@ -243,7 +253,7 @@ impl Raster {
     #[inline(always)]
     fn draw_whole_blocks<S: Simd, C: Copy, const N: usize>(
         self,
-        block: &mut Block<'_, '_, S, N>,
+        block: &mut Block<'_, '_, S, N, 1>,
         method: Method,
         pixels: Range<usize>,
         band: &mut Band<'_, C>,
@@ -259,7 +269,7 @@ impl Raster {
             if visible == ALL {
                 let drawn = shader.shade_all(block, method, depth, colors);
                 if self.write {
-                    *depths = chosen(drawn, depth, stored);
+                    *depths = chosen(drawn, depth, stored).into();
                 }
             } else if visible != 0 {
                 break;
@@ -270,61 +280,72 @@ impl Raster {
         done
     }
 
-    /// Draws a block that may have lanes outside the span. It may reach over the sides of the
-    /// framebuffer: into the next row, whose pixels are put back, or out of the band.
+    /// Draws a block that may have lanes outside the span, whose halves begin at `at`. It may reach
+    /// over the sides of the framebuffer: into the next row, whose pixels are put back, or out of the
+    /// band.
     #[inline(always)]
-    fn draw_part<S: Simd, C: Copy, const N: usize>(
+    fn draw_part<S: Simd, C: Copy, const N: usize, const SPANS: usize>(
         self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, SPANS>,
         method: Method,
         lanes: u32,
-        at: usize,
+        at: [usize; 2],
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        let colors = band.color.get_mut(at..).and_then(<[C]>::first_chunk_mut);
-        let depths = band.depth.get_mut(at..).and_then(<[f32]>::first_chunk_mut);
         let mut copy = None;
-        let (colors, depths) = match (colors, depths) {
+        let (colors, depths) = match (halves(band.color, at), halves(band.depth, at)) {
             (Some(colors), Some(depths)) => (colors, depths),
             _ => {
-                let Some(pixels) = band.copy(at) else { return };
-                let (colors, depths) = copy.insert(pixels);
-                (colors, depths)
+                let (Some(first), Some(second)) = (band.copy(at[0]), band.copy(at[1])) else {
+                    return;
+                };
+                let [(colors, depths), (more_colors, more_depths)] = copy.insert([first, second]);
+                ([colors, more_colors], [depths, more_depths])
             }
         };
         self.draw_block(block, method, lanes, colors, depths, shader);
-        if let Some((colors, depths)) = &copy {
-            band.put_back(at, colors, depths);
+        if let Some(halves) = &copy {
+            // In a narrow frame the first reaches into the second, which is right then.
+            for (at, (colors, depths)) in at.into_iter().zip(halves) {
+                band.put_back(at, colors, depths);
+            }
         }
     }
 
     /// The depth test, and if a lane passes, the shader.
     #[inline(always)]
-    fn draw_block<S: Simd, C: Copy, const N: usize>(
+    fn draw_block<S: Simd, C: Copy, const N: usize, const SPANS: usize>(
         self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, SPANS>,
         method: Method,
         lanes: u32,
-        colors: &mut [C; LANES],
-        depths: &mut Lanes,
+        colors: Halves<'_, C>,
+        [lower, upper]: Halves<'_, f32>,
         shader: &impl Shader<N, C>,
     ) {
+        let simd = block.simd();
         let depth = self.depth(block);
-        let stored = f32x16::simd_from(block.simd(), *depths);
+        let half = |depths: &[f32; HALF]| f32x8::simd_from(simd, *depths);
+        let stored = half(lower).combine(half(upper));
         let visible = self.test.passes(depth, stored) & lanes;
         if visible == 0 {
             return;
         }
         let drawn = shader.shade(block, method, depth, visible, colors);
         if self.write {
-            *depths = chosen(drawn, depth, stored);
+            let (new_lower, new_upper) = chosen(drawn, depth, stored).split();
+            *lower = new_lower.into();
+            *upper = new_upper.into();
         }
     }
 
     /// What is compared and stored.
     #[inline(always)]
-    fn depth<S: Simd, const N: usize>(self, block: &Block<'_, '_, S, N>) -> f32x16<S> {
+    fn depth<S: Simd, const N: usize, const SPANS: usize>(
+        self,
+        block: &Block<'_, '_, S, N, SPANS>,
+    ) -> f32x16<S> {
         match self.source {
             DepthSource::Z => block.depth(),
             DepthSource::InverseW => block.depth_by_inv_w(),
@@ -370,9 +391,16 @@ impl Case for AnyCase {
 
 /// The new depths of the lanes that were drawn, the old ones of the others.
 #[inline(always)]
-fn chosen<S: Simd>(drawn: u32, new: f32x16<S>, old: f32x16<S>) -> Lanes {
+fn chosen<S: Simd>(drawn: u32, new: f32x16<S>, old: f32x16<S>) -> f32x16<S> {
     if drawn == ALL {
-        return new.into();
+        return new;
     }
-    mask32x16::from_bitmask(new.simd, drawn.into()).select(new, old).into()
+    mask32x16::from_bitmask(new.simd, drawn.into()).select(new, old)
+}
+
+/// The halves of a block that begin at `at`, if they are whole and apart.
+#[inline(always)]
+fn halves<T>(pixels: &mut [T], at: [usize; 2]) -> Option<Halves<'_, T>> {
+    let (first, second) = pixels.split_at_mut_checked(at[1])?;
+    Some([first.get_mut(at[0]..)?.first_chunk_mut()?, second.first_chunk_mut()?])
 }

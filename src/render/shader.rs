@@ -2,10 +2,10 @@
 
 use std::ops::Add;
 
-use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
+use fearless_simd::{Simd, SimdMask, f32x16, mask32x8};
 use glam::Vec4;
 
-use crate::fragment::{Block, Fragment, FragmentBlock, LANES};
+use crate::fragment::{ALL, Block, Fragment, FragmentBlock, HALF, LANES};
 use crate::polygon::Method;
 
 /// What a shader may return for a pixel of colour `C`: a colour, which replaces the pixel's; an
@@ -73,8 +73,8 @@ impl<C: Copy + Add<Output = C>> Paint<C> for Plus<C> {
     }
 }
 
-/// All lanes of a block.
-pub(crate) const ALL: u32 = (1 << LANES) - 1;
+/// The colours of a block, which may lie in two rows.
+pub(crate) type Halves<'a, C> = [&'a mut [C; HALF]; 2];
 
 /// What a renderer calls for the visible pixels of a block.
 pub(crate) trait Shader<const N: usize, C> {
@@ -82,20 +82,20 @@ pub(crate) trait Shader<const N: usize, C> {
     /// `method` is as in [`Block::fragments`].
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, 1>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
     ) -> u32;
 
     /// The same where some lanes are visible and the others have to keep their colours.
-    fn shade<S: Simd>(
+    fn shade<S: Simd, const SPANS: usize>(
         &self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, SPANS>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
-        colors: &mut [C; LANES],
+        colors: Halves<'_, C>,
     ) -> u32;
 }
 
@@ -111,7 +111,7 @@ where
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, 1>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
@@ -127,20 +127,21 @@ where
     }
 
     #[inline(always)]
-    fn shade<S: Simd>(
+    fn shade<S: Simd, const SPANS: usize>(
         &self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, SPANS>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
-        colors: &mut [C; LANES],
+        colors: Halves<'_, C>,
     ) -> u32 {
         let fragments = block.fragments(depth, visible, method);
         let (mut drawn, mut left) = (visible, visible);
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
-            let painted = (self.0)(&fragments.fragment(lane)).paint(&mut colors[lane]);
+            let color = &mut colors[lane / HALF][lane % HALF];
+            let painted = (self.0)(&fragments.fragment(lane)).paint(color);
             drawn &= !(u32::from(!painted) << lane);
         }
         drawn
@@ -163,7 +164,7 @@ where
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, 1>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
@@ -181,28 +182,38 @@ where
     }
 
     #[inline(always)]
-    fn shade<S: Simd>(
+    fn shade<S: Simd, const SPANS: usize>(
         &self,
-        block: &Block<'_, '_, S, N>,
+        block: &Block<'_, '_, S, N, SPANS>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
-        colors: &mut [C; LANES],
+        colors: Halves<'_, C>,
     ) -> u32 {
         let mut fragments = block.fragments(depth, visible, method);
-        let mut shaded = Aligned(*colors);
+        let [lower, upper] = colors;
+        let mut shaded = Aligned([lower[0]; LANES]);
+        shaded.0[..HALF].copy_from_slice(lower);
+        shaded.0[HALF..].copy_from_slice(upper);
         (self.0)(&mut fragments, &mut shaded.0);
         // What the shader made is stored here as a whole: only then does the compiler see that its
         // loop over the lanes can be SIMD, whatever becomes of each lane.
         let shaded = std::hint::black_box(&shaded).0;
         let drawn = fragments.visible & visible;
-        // A loop over three arrays becomes one vector instruction that chooses.
-        let mask = mask32x16::from_bitmask(block.simd(), drawn.into());
-        let (before, mask) = (*colors, <[i32; LANES]>::from(mask));
-        for lane in 0..LANES {
-            colors[lane] = if mask[lane] != 0 { shaded[lane] } else { before[lane] };
-        }
+        choose(block.simd(), drawn, &shaded[..HALF], lower);
+        choose(block.simd(), drawn >> HALF, &shaded[HALF..], upper);
         drawn
+    }
+}
+
+/// Replaces the colours of the lanes that were drawn, in half a block.
+#[inline(always)]
+fn choose<S: Simd, C: Copy>(simd: S, drawn: u32, new: &[C], colors: &mut [C; HALF]) {
+    // A loop over three arrays becomes one vector instruction that chooses.
+    let mask = <[i32; HALF]>::from(mask32x8::from_bitmask(simd, (drawn & (ALL >> HALF)).into()));
+    let old = *colors;
+    for lane in 0..HALF {
+        colors[lane] = if mask[lane] != 0 { new[lane] } else { old[lane] };
     }
 }
 
@@ -214,7 +225,7 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        _: &Block<'_, '_, S, N>,
+        _: &Block<'_, '_, S, N, 1>,
         _: Method,
         _: f32x16<S>,
         _: &mut [C; LANES],
@@ -223,13 +234,13 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     }
 
     #[inline(always)]
-    fn shade<S: Simd>(
+    fn shade<S: Simd, const SPANS: usize>(
         &self,
-        _: &Block<'_, '_, S, N>,
+        _: &Block<'_, '_, S, N, SPANS>,
         _: Method,
         _: f32x16<S>,
         visible: u32,
-        _: &mut [C; LANES],
+        _: Halves<'_, C>,
     ) -> u32 {
         visible
     }
