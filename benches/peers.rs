@@ -134,14 +134,14 @@ fn colored(rgb: [f32; 3]) -> u32 {
     0xff00_0000 | r | g << 8 | b << 16
 }
 
-/// A texture of 512 x 512, repeated.
+/// Where in a texture of 512 x 512, repeated, a texel is.
 #[inline(always)]
-fn textured(texture: &[u32; 512 * 512], [u, v]: [f32; 2]) -> u32 {
+fn texel([u, v]: [f32; 2]) -> u32 {
     // Adding 1.5 * 2^23 leaves the nearest integer in the lowest bits, of negative numbers too: half a
     // texel less, and a bit less than that for those that lie between two, rounds down.
     let texel = |c: f32| (c * 512.0 - 0.499_97 + 12_582_912.0).to_bits() & 511;
     let [column, row] = [u, v].map(texel);
-    texture[(row << 9 | column) as usize]
+    row << 9 | column
 }
 
 #[inline(always)]
@@ -180,7 +180,8 @@ fn run<const N: usize>(
     folder: &Path,
     name: &str,
     scene: &Scene,
-    shader: impl Fn(&[f32; N]) -> u32 + Sync,
+    shade: impl Fn(&[f32; N]) -> u32 + Sync,
+    look_up: impl Fn(u32) -> u32 + Sync,
 ) -> Result<(), Box<dyn Error>> {
     let mut frame = Framebuffer::new(scene.width, scene.height, 0u32)?;
     let mut renderer = ZBuffer::<N>::new(frame.viewport());
@@ -199,11 +200,16 @@ fn run<const N: usize>(
         let cleared = Instant::now();
         scene.transform(&mut vertices);
         if per_fragment {
-            renderer.draw_mesh(&mut frame, &vertices, &scene.triangles, |f| shader(&f.params));
+            renderer
+                .draw_mesh(&mut frame, &vertices, &scene.triangles, |f| look_up(shade(&f.params)));
         } else {
             renderer.draw_mesh_blocks(&mut frame, &vertices, &scene.triangles, |block, colors| {
                 for (lane, color) in colors.iter_mut().enumerate() {
-                    *color = shader(&std::array::from_fn(|i| block.params[i][lane]));
+                    *color = shade(&std::array::from_fn(|i| block.params[i][lane]));
+                }
+                // Looked up in a loop of its own: the first can be SIMD where this one can not.
+                for color in colors {
+                    *color = look_up(*color);
                 }
             });
         }
@@ -246,15 +252,22 @@ fn main() -> Result<(), Box<dyn Error>> {
         match (scene.kind, scene.parameters) {
             (Kind::Texture, _) => {
                 let texels = words(&folder.join("tex.bin"))?;
-                let texture = texels.first_chunk().ok_or("tex.bin is not 512 x 512")?;
-                run(&folder, name, &scene, |&uv| textured(texture, uv))?;
+                let texture: &[u32; 512 * 512] =
+                    texels.first_chunk().ok_or("tex.bin is not 512 x 512")?;
+                run(
+                    &folder,
+                    name,
+                    &scene,
+                    |&uv| texel(uv),
+                    |texel| texture[texel as usize & 0x3_ffff],
+                )?;
             }
-            (Kind::Normal, _) => run(&folder, name, &scene, |&normal| lit(normal))?,
-            (Kind::Color, _) => run(&folder, name, &scene, |&rgb| colored(rgb))?,
-            (Kind::Sum, 2) => run(&folder, name, &scene, summed::<2>)?,
-            (Kind::Sum, 4) => run(&folder, name, &scene, summed::<4>)?,
-            (Kind::Sum, 8) => run(&folder, name, &scene, summed::<8>)?,
-            (Kind::Sum, 16) => run(&folder, name, &scene, summed::<16>)?,
+            (Kind::Normal, _) => run(&folder, name, &scene, |&normal| lit(normal), |color| color)?,
+            (Kind::Color, _) => run(&folder, name, &scene, |&rgb| colored(rgb), |color| color)?,
+            (Kind::Sum, 2) => run(&folder, name, &scene, summed::<2>, |color| color)?,
+            (Kind::Sum, 4) => run(&folder, name, &scene, summed::<4>, |color| color)?,
+            (Kind::Sum, 8) => run(&folder, name, &scene, summed::<8>, |color| color)?,
+            (Kind::Sum, 16) => run(&folder, name, &scene, summed::<16>, |color| color)?,
             (Kind::Sum, n) => return Err(format!("{name} has {n} parameters").into()),
         }
     }

@@ -112,7 +112,7 @@ pub struct FragmentBlock<'a, const N: usize> {
     /// The parameters r_1 .. r_N, as [`Fragment::params`].
     pub params: [Lanes; N],
     /// Of each half, the column of its first lane on the framebuffer, and where it comes from.
-    halves: [(i32, Place<'a, N>); 2],
+    halves: [(i32, &'a Place<'a, N>); 2],
 }
 
 impl<'a, const N: usize> FragmentBlock<'a, N> {
@@ -140,7 +140,7 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
             depth: self.depth[lane],
             w: self.w[lane],
             params,
-            place: self.halves[lane / HALF].1,
+            place: *self.halves[lane / HALF].1,
         }
     }
 }
@@ -257,10 +257,10 @@ impl<'s, 'a, S: Simd, const N: usize, const SPANS: usize> Block<'s, 'a, S, N, SP
         depth: f32x16<S>,
         visible: u32,
         method: Method,
-    ) -> FragmentBlock<'a, N> {
+    ) -> FragmentBlock<'s, N> {
         let polygon = self.polygon();
         let half = |span: usize, x: i32| {
-            (polygon.corner.0.wrapping_add(self.x[span]).wrapping_add(x), self.spans[span].place)
+            (polygon.corner.0.wrapping_add(self.x[span]).wrapping_add(x), &self.spans[span].place)
         };
         let mut fragments = FragmentBlock {
             face: polygon.face,

@@ -54,13 +54,24 @@ impl DepthTest {
             Self::Always => (false, false, false, true),
         };
         let bits = |wanted: bool, mask: mask32x16<S>| {
-            if wanted { mask.to_bitmask() as u32 } else { 0 }
+            if wanted { bitmask(new.simd, mask) } else { 0 }
         };
         let mut passes = bits(less, new.simd_lt(old));
         passes |= bits(equal, new.simd_eq(old));
         passes |= bits(greater, new.simd_gt(old));
         if others { !passes } else { passes }
     }
+}
+
+/// The lanes that are set, a bit a lane.
+#[inline(always)]
+fn bitmask<S: Simd>(simd: S, mask: mask32x16<S>) -> u32 {
+    if !simd.level().is_fallback() {
+        return mask.to_bitmask() as u32;
+    }
+    // Without SIMD a loop that the compiler may turn into it: a lane that is set has all bits.
+    let lanes = <[i32; LANES]>::from(mask);
+    lanes.iter().enumerate().fold(0, |bits, (lane, all)| bits | *all as u32 & 1 << lane)
 }
 
 /// What is compared and stored as depth.
