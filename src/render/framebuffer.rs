@@ -1,5 +1,6 @@
 //! The framebuffer: a colour of any type and an f32 depth for each pixel.
 
+use std::hint::black_box;
 use std::ops::{Add, Mul, Range};
 
 #[cfg(feature = "parallel")]
@@ -195,6 +196,21 @@ impl<'a, C> Band<'a, C> {
             {
                 (*color, *depth) = (colors[lane], depths[lane]);
             }
+        }
+    }
+
+    /// Brings the pixels into the cache in their order, which is faster than from all over the band.
+    pub(crate) fn read_through(&self)
+    where
+        C: Copy,
+    {
+        const LINE: usize = 64;
+        let colors_in_line = (LINE / size_of::<C>().max(1)).max(1);
+        for depth in self.depth.iter().step_by(LINE / size_of::<f32>()) {
+            black_box(*depth);
+        }
+        for color in self.color.iter().step_by(colors_in_line) {
+            black_box(*color);
         }
     }
 

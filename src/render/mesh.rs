@@ -50,6 +50,9 @@ const BATCH: usize = 1 << 20;
 /// A face in more bands than this does not take its vertices along: they would be copied too often.
 const FEW: usize = 4;
 
+/// With a face for so many pixels or fewer, a band is likely to be drawn all over.
+const CROWDED: usize = 10;
+
 /// The memory for drawing meshes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MeshScratch<const N: usize> {
@@ -265,6 +268,10 @@ impl<const N: usize> Job<'_, N> {
             let mut coarse = std::mem::take(&mut worker.coarse);
             if self.raster.restart(&mut coarse, &band) {
                 band.coarse = Some(&mut coarse);
+            }
+            let faces_here: usize = chunks.iter().map(|chunk| chunk.bins[i].faces.len()).sum();
+            if faces_here.saturating_mul(CROWDED) >= band.depth.len() {
+                band.read_through();
             }
             dispatch!(self.level, simd => for chunk in chunks {
                 self.draw_bin(simd, (corners, faces), chunk, i, worker, &mut band, shader);

@@ -26,7 +26,7 @@ use crate::scan::{SpanGroup, Spans};
 use crate::span::Span;
 
 /// The most pixels of a span that is drawn together with that of the next row.
-const SHORT: usize = LANES;
+const SHORT: usize = HALF;
 
 /// What to do with fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,24 +138,22 @@ impl Raster {
                 }
                 continue;
             }
-            let (raster, method) = K::of(self, spans[0].place.polygon.method);
-            let start = [0, 1].map(|i| band.row(spans[i].y()) + band.column(spans[i].column()));
-            let mut done = 0;
-            while done < longest {
-                let lanes = lengths.map(|len| (1 << len.saturating_sub(done).min(HALF)) - 1);
-                let mut at = start.map(|start| start + done);
-                // A half without pixels lies beside the other.
-                if lanes[0] == 0 {
-                    at[0] = at[1].wrapping_sub(HALF);
-                }
-                if lanes[1] == 0 {
-                    at[1] = at[0] + HALF;
-                }
-                let x = [0, 1].map(|i| spans[i].x.start + done as i32);
-                let block = Block::pair(simd, [&spans[0], &spans[1]], x);
-                raster.draw_part(&block, method, lanes[0] | lanes[1] << HALF, at, band, shader);
-                done += HALF;
+            if longest == 0 {
+                continue;
             }
+            let (raster, method) = K::of(self, spans[0].place.polygon.method);
+            let lanes = lengths.map(|len| (1 << len) - 1);
+            let mut at = [0, 1].map(|i| band.row(spans[i].y()) + band.column(spans[i].column()));
+            // A half without pixels lies beside the other.
+            if lanes[0] == 0 {
+                at[0] = at[1].wrapping_sub(HALF);
+            }
+            if lanes[1] == 0 {
+                at[1] = at[0] + HALF;
+            }
+            let x = [0, 1].map(|i| spans[i].x.start);
+            let block = Block::pair(simd, [&spans[0], &spans[1]], x);
+            raster.draw_part(&block, method, lanes[0] | lanes[1] << HALF, at, band, shader);
         }
     }
 
