@@ -116,7 +116,8 @@ pub struct FragmentBlock<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> FragmentBlock<'a, N> {
-    /// The column and the row of a lane on the framebuffer.
+    /// The column and the row of a lane on the framebuffer, as [`Fragment::x`] and [`Fragment::y`].
+    /// Lanes from [`LANES`] on are none; they give the last.
     #[inline(always)]
     pub fn position(&self, lane: usize) -> (i32, i32) {
         let lane = lane.min(LANES - 1);

@@ -77,12 +77,13 @@
 //! # Shaders, and speed
 //!
 //! A shader is a closure from a [`Fragment`] to a colour ([`ZBuffer::draw`]), or from a
-//! [`FragmentBlock`] of 16 fragments to theirs ([`ZBuffer::draw_blocks`]). The second
-//! is for speed: its loop over the lanes becomes SIMD instructions, for the best level that the
-//! machine has. For that a shader must be inlined: a closure is, and what it calls if that is small
-//! or marked `#[inline(always)]`; a function that is given by its name is not. Meshes are best drawn as such, by [`ZBuffer::draw_mesh`] and
-//! [`ZBuffer::draw_mesh_blocks`]: vertices are projected once, and all processors take part. None
-//! of this changes a bit of the picture.
+//! [`FragmentBlock`] of 16 fragments to theirs ([`ZBuffer::draw_blocks`]). The second is for speed:
+//! its loop over the lanes becomes SIMD instructions, for the best level that the machine has. For
+//! that a shader must be inlined: a closure is, and what it calls if that is small or marked
+//! `#[inline(always)]`; a function that is given by its name is not. What no SIMD instruction does
+//! everywhere, such as a look-up in a table, is best left to a second loop. Meshes are best drawn as
+//! such, by [`ZBuffer::draw_mesh`] and [`ZBuffer::draw_mesh_blocks`]: vertices are projected once,
+//! and all processors take part. None of this changes a bit of the picture.
 //!
 //! # Pictures too large for memory
 //!

@@ -169,8 +169,8 @@ impl<'a, C> Band<'a, C> {
         (x - self.column) as usize
     }
 
-    /// A copy of the pixels of half a block that begins at `at`, which may reach out of the band; `None` if
-    /// the band has no pixels.
+    /// A copy of the pixels of half a block that begins at `at`, which may reach out of the band;
+    /// `None` if the band has no pixels.
     #[cold]
     pub(crate) fn copy(&self, at: usize) -> Option<([C; HALF], [f32; HALF])>
     where

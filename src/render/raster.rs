@@ -25,9 +25,6 @@ use crate::render::z_buffer::{DepthSource, DepthTest};
 use crate::scan::{SpanGroup, Spans};
 use crate::span::Span;
 
-/// The most pixels of a span that is drawn together with that of the next row.
-const SHORT: usize = HALF;
-
 /// What to do with fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Raster {
@@ -125,6 +122,12 @@ impl Raster {
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
+        if !group.has_planes() {
+            for row in 0..group.len() {
+                self.draw_span_of::<K, _, _, N>(simd, (group, row), band, shader);
+            }
+            return;
+        }
         for row in (0..ROWS).step_by(2) {
             if row >= group.len() {
                 return;
@@ -132,7 +135,7 @@ impl Raster {
             let spans = [group.span_by_planes(row), group.span_by_planes(row + 1)];
             let lengths = [spans[0].x.len(), spans[1].x.len()];
             let longest = lengths[0].max(lengths[1]);
-            if longest > SHORT || !group.has_planes() {
+            if longest > HALF {
                 for row in [row, row + 1] {
                     self.draw_span_of::<K, _, _, N>(simd, (group, row), band, shader);
                 }
@@ -292,7 +295,7 @@ impl Raster {
         shader: &impl Shader<N, C>,
     ) {
         let mut copy = None;
-        let (colors, depths) = match (halves(band.color, at), halves(band.depth, at)) {
+        let (colors, depths) = match (halves_at(band.color, at), halves_at(band.depth, at)) {
             (Some(colors), Some(depths)) => (colors, depths),
             _ => {
                 let (Some(first), Some(second)) = (band.copy(at[0]), band.copy(at[1])) else {
@@ -398,7 +401,7 @@ fn chosen<S: Simd>(drawn: u32, new: f32x16<S>, old: f32x16<S>) -> f32x16<S> {
 
 /// The halves of a block that begin at `at`, if they are whole and apart.
 #[inline(always)]
-fn halves<T>(pixels: &mut [T], at: [usize; 2]) -> Option<Halves<'_, T>> {
+fn halves_at<T>(pixels: &mut [T], at: [usize; 2]) -> Option<Halves<'_, T>> {
     let (first, second) = pixels.split_at_mut_checked(at[1])?;
     Some([first.get_mut(at[0]..)?.first_chunk_mut()?, second.first_chunk_mut()?])
 }
