@@ -26,8 +26,8 @@ mod convex;
 use std::ops::Range;
 
 use self::active::ActiveEdges;
-use self::convex::{ActivePair, is_convex};
-pub(crate) use self::convex::{ConvexOutline, ROWS, RunGroup};
+use self::convex::{ActivePair, ConvexOutline, is_convex};
+pub(crate) use self::convex::{ROWS, RunGroup, RunGroups, Triangle};
 use crate::outline::Chain;
 use crate::project::{FixedPoint, SUBPIXELS};
 
@@ -354,7 +354,8 @@ impl EdgeTable {
                 self.fill_rule,
             )));
         }
-        let outline = ConvexOutline { points: &self.convex, rows: self.rows.clone() };
+        let rows = self.rows.clone();
+        let outline = ConvexOutline { points: &self.convex, rows };
         Runs(Kind::Convex(outline, None))
     }
 }
@@ -384,11 +385,11 @@ impl Iterator for Runs<'_> {
 }
 
 impl<'a> Runs<'a> {
-    /// The outline, if it is convex and no run has been taken.
+    /// The runs in groups of rows, if the outline is convex and no run has been taken.
     #[inline(always)]
-    pub(crate) fn convex(&self) -> Option<ConvexOutline<'a>> {
+    pub(crate) fn groups(&self) -> Option<RunGroups<'a>> {
         match &self.0 {
-            Kind::Convex(outline, None) => Some(outline.clone()),
+            Kind::Convex(outline, None) => Some(RunGroups::Outline(outline.clone())),
             _ => None,
         }
     }

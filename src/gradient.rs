@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 
+use crate::number::Number;
 use crate::project::{ScreenParams, ScreenVertex, Viewport};
 use crate::vertex::Vertex;
 
@@ -18,40 +19,63 @@ use crate::vertex::Vertex;
 const MIN_HEIGHT: f64 = 1.0 / (1 << 20) as f64;
 
 /// The planes of z, s_1 .. s_n and s_{n+1} over the screen.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Gradient<const N: usize> {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gradient<const N: usize, T = f64> {
     /// A point of the planes.
-    origin: ScreenVertex<N>,
+    origin: ScreenVertex<N, T>,
     /// Change per pixel to the right.
-    pub dx: ScreenParams<N>,
+    pub dx: ScreenParams<N, T>,
     /// Change per pixel downwards.
-    pub dy: ScreenParams<N>,
+    pub dy: ScreenParams<N, T>,
+}
+
+impl<const N: usize, T: Copy + Default> Default for Gradient<N, T> {
+    fn default() -> Self {
+        let flat = ScreenParams::default();
+        Self { origin: ScreenVertex::default(), dx: flat, dy: flat }
+    }
+}
+
+impl<const N: usize, T: Copy> Gradient<N, T> {
+    /// The planes through three vertices, and whether there are any: see
+    /// [`through`](Gradient::through).
+    #[inline(always)]
+    pub(crate) fn fit([a, b, c]: [&ScreenVertex<N, T>; 3]) -> (Self, T::Mask)
+    where
+        T: Number,
+    {
+        let (abx, aby) = (b.x - a.x, b.y - a.y);
+        let (acx, acy) = (c.x - a.x, c.y - a.y);
+        let area = abx * acy - acx * aby;
+        // Twice the area by a length that is at least the longest side: at most the height.
+        let length = abx.abs() + aby.abs() + acx.abs() + acy.abs();
+        let is_wide = (length * MIN_HEIGHT).is_less(area.abs());
+        let (ab, ac) =
+            (b.values.zip(&a.values, |b, a| b - a), c.values.zip(&a.values, |c, a| c - a));
+        let per_area = area.all(1.0) / area;
+        let dx = ab.zip(&ac, |ab, ac| (ab * acy - ac * aby) * per_area);
+        let dy = ab.zip(&ac, |ab, ac| (ac * abx - ab * acx) * per_area);
+        let sum = |p: &ScreenParams<N, T>| p.z + p.inv_w;
+        let is_finite = per_area.is_finite() & (sum(&dx) + sum(&dy)).is_finite();
+        (Self { origin: *a, dx, dy }, is_wide & is_finite)
+    }
+
+    /// `f` of each number.
+    #[inline(always)]
+    pub(crate) fn map<U: Copy>(&self, f: impl Fn(&T) -> U + Copy) -> Gradient<N, U> {
+        let Self { origin: ScreenVertex { x, y, values }, dx, dy } = self;
+        let origin = ScreenVertex { x: f(x), y: f(y), values: values.map(f) };
+        Gradient { origin, dx: dx.map(f), dy: dy.map(f) }
+    }
 }
 
 impl<const N: usize> Gradient<N> {
     /// The planes through three vertices; `None` when these lie on a line or within 2^-20 pixel of
     /// one, where rounding errors across the line would be taken for slopes.
     #[inline(always)]
-    pub fn through([a, b, c]: [&ScreenVertex<N>; 3]) -> Option<Self> {
-        let (abx, aby) = (b.x - a.x, b.y - a.y);
-        let (acx, acy) = (c.x - a.x, c.y - a.y);
-        let area = abx * acy - acx * aby;
-        // Twice the area by a length that is at least the longest side: at most the height.
-        let length = abx.abs() + aby.abs() + acx.abs() + acy.abs();
-        if area.abs() <= length * MIN_HEIGHT {
-            return None;
-        }
-        let (ab, ac) =
-            (b.values.zip(&a.values, |b, a| b - a), c.values.zip(&a.values, |c, a| c - a));
-        let per_area = 1.0 / area;
-        let dx = ab.zip(&ac, |ab, ac| (ab * acy - ac * aby) * per_area);
-        let dy = ab.zip(&ac, |ab, ac| (ac * abx - ab * acx) * per_area);
-        let sum = |p: &ScreenParams<N>| p.z + p.inv_w;
-        (per_area.is_finite() && (sum(&dx) + sum(&dy)).is_finite()).then_some(Self {
-            origin: *a,
-            dx,
-            dy,
-        })
+    pub fn through(triangle: [&ScreenVertex<N>; 3]) -> Option<Self> {
+        let (gradient, is_fit) = Self::fit(triangle);
+        is_fit.then_some(gradient)
     }
 
     /// The values at a point of the screen, in pixels.

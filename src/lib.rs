@@ -123,6 +123,7 @@ pub mod clip;
 pub mod project;
 pub mod gradient;
 pub mod edge_table;
+mod number;
 mod polygon;
 pub mod span;
 pub mod fragment;

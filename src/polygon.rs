@@ -9,11 +9,15 @@
 //! is rotated on the screen (Heckbert and Moreton 1991, section 3.4), but stays between the
 //! vertices' values.
 
+mod triangles;
+
 use std::ops::Range;
 
+pub(crate) use self::triangles::{PlacedTriangles, TRIANGLES, Triangles};
 use crate::clip::{ClipSpace, ClipVertex};
 use crate::edge_table::{ROWS, Run, RunGroup};
 use crate::gradient::Gradient;
+use crate::number::Number;
 use crate::project::{Projection, SUBPIXELS, ScreenParams, ScreenVertex, Viewport};
 use crate::span::Line;
 use crate::vertex::{Interpolation, Vertex};
@@ -28,7 +32,7 @@ const DEPTH_TOLERANCE: f64 = 1.0 / (1 << 22) as f64;
 
 /// The least 1/w, where the greatest is 1 or little less, that is still exact to f32 when it comes
 /// out of sums in f64: rounded in units of 2^-53, it is off by 2^-27 of itself.
-const LEAST_EXACT: f32 = 1.0 / (1 << 26) as f32;
+const LEAST_EXACT: f64 = 1.0 / (1 << 26) as f64;
 
 /// How the polygons of a draw call are brought to the screen.
 #[derive(Clone, Debug)]
@@ -54,6 +58,36 @@ impl<const N: usize> Setup<N> {
     pub(crate) fn vertex(&self, vertex: &Vertex<N>, provoking: &Vertex<N>) -> ClipVertex<N> {
         let vertex = ClipVertex::from(vertex);
         if self.perspective { vertex } else { vertex.flattened(provoking, &self.interpolation) }
+    }
+
+    /// A vertex on the screen. `divides` tells whether what is interpolated in perspective is divided
+    /// by w.
+    #[inline(always)]
+    fn project<T: Number>(
+        &self,
+        position: [T; 4],
+        params: &[T; N],
+        w_unit: T,
+        divides: T::Mask,
+    ) -> ScreenVertex<N, T> {
+        let mut vertex = self.projection.vertex(
+            position,
+            w_unit,
+            #[inline(always)]
+            |i, inv_w| {
+                let r = params[i];
+                if self.perspective || self.interpolation[i] == Interpolation::Perspective {
+                    T::select(divides, r * inv_w, r)
+                } else {
+                    r
+                }
+            },
+        );
+        // Clipping has brought it here but for rounding.
+        let z = vertex.values.z;
+        let (least, greatest) = self.projection.depth_range();
+        vertex.values.z = z.greater(z.all(least)).lesser(z.all(greatest));
+        vertex
     }
 }
 
@@ -114,17 +148,22 @@ impl WRange {
         }
     }
 
-    /// For w from `min` to `max`, measured in `unit`.
+    /// For w and 1/w from the first to the second value, the latter in the polygon's unit.
     #[inline(always)]
-    fn new(unit: f64, min: f64, max: f64) -> Self {
-        let w = (min as f32, max as f32);
+    fn new(w: (f64, f64), inv_w: (f64, f64)) -> Self {
+        let w = (w.0 as f32, w.1 as f32);
         // Clipping in f64 may leave less than f32 can tell apart.
         if w.0 == w.1 {
             return Self::Constant { w: w.0, inv_w: 1.0 / w.0 };
         }
         // Below the smallest normal number the reciprocal would not be finite: w ratios over 2^126.
-        let least = ((unit / max) as f32).max(f32::MIN_POSITIVE);
-        Self::Varying { w, inv_w: (least, (unit / min) as f32) }
+        let least = (inv_w.0 as f32).max(f32::MIN_POSITIVE);
+        Self::Varying { w, inv_w: (least, inv_w.1 as f32) }
+    }
+
+    /// Whether w varies, so that pixels need a division.
+    fn divides(self) -> bool {
+        matches!(self, Self::Varying { .. })
     }
 }
 
@@ -181,44 +220,30 @@ impl<const N: usize> ScreenPolygon<N> {
         polygon: impl Iterator<Item = ClipVertex<N>> + Clone,
         affine: bool,
     ) {
-        self.measure_w(setup, polygon.clone().map(|v| v.position.w));
+        let (min, max) = extent(polygon.clone().map(|v| v.position.w));
+        let unit = min.power_of_two_below();
+        let range = WRange::new((min, max), (unit / max, unit / min));
+        self.set_w(setup, unit, range);
         let mut vertices = std::mem::take(&mut self.vertices);
         vertices.clear();
-        vertices.extend(polygon.map(|v| self.project(setup, &v)));
+        let project = |v: ClipVertex<N>| {
+            setup.project(v.position.to_array(), &v.params, unit, range.divides())
+        };
+        vertices.extend(polygon.map(project));
         self.fit(&vertices, affine);
         self.vertices = vertices;
     }
 
-    /// The same for a triangle that was not clipped. Written out, since loops and arrays of so large
-    /// elements would go through memory.
+    /// Sets what follows from the unit and the range of w.
     #[inline(always)]
-    pub(crate) fn set_up_triangle(
-        &mut self,
-        setup: &Setup<N>,
-        [a, b, c]: [&Vertex<N>; 3],
-        affine: bool,
-    ) {
-        let [va, vb, vc] = [setup.vertex(a, a), setup.vertex(b, a), setup.vertex(c, a)];
-        self.measure_w(setup, [va.position.w, vb.position.w, vc.position.w].into_iter());
-        let a = self.project(setup, &va);
-        let b = self.project(setup, &vb);
-        let c = self.project(setup, &vc);
-        let triangle = [a, b, c];
-        self.fit(&triangle, affine);
-        if self.by_edges.any {
-            self.vertices.clear();
-            self.vertices.extend_from_slice(&triangle);
-        }
-    }
-
-    #[inline(always)]
-    fn measure_w(&mut self, setup: &Setup<N>, w: impl Iterator<Item = f64>) {
-        let (min, max) = extent(w);
+    fn set_w(&mut self, setup: &Setup<N>, unit: f64, range: WRange) {
+        let divides = range.divides();
         self.corner = setup.projection.corner();
-        self.w_unit = power_of_two_below(min);
-        self.w = WRange::new(self.w_unit, min, max);
-        let divides = matches!(self.w, WRange::Varying { .. });
-        self.times_w = setup.interpolation.map(|i| divides && i == Interpolation::Perspective);
+        self.w_unit = unit;
+        self.w = range;
+        for (times_w, i) in self.times_w.iter_mut().zip(&setup.interpolation) {
+            *times_w = divides && *i == Interpolation::Perspective;
+        }
         self.method = match (divides, setup.perspective) {
             (true, true) => Method::Perspective,
             (false, _) => Method::Constant,
@@ -226,19 +251,7 @@ impl<const N: usize> ScreenPolygon<N> {
         };
     }
 
-    #[inline(always)]
-    fn project(&self, setup: &Setup<N>, vertex: &ClipVertex<N>) -> ScreenVertex<N> {
-        let Setup { projection, .. } = setup;
-        let divide = |i: usize| self.method == Method::Perspective || self.times_w[i];
-        let mut vertex = projection.vertex(vertex, self.w_unit, divide);
-        // Clipping has brought it here but for rounding.
-        let (least, greatest) = projection.depth_range();
-        vertex.values.z = vertex.values.z.max(least).min(greatest);
-        vertex
-    }
-
     /// Finds the planes of the values, and the values that have none.
-    #[inline(always)]
     fn fit(&mut self, vertices: &[ScreenVertex<N>], affine: bool) {
         let (near, far) = extent(vertices.iter().map(|v| v.values.z));
         self.z = (near as f32, far as f32);
@@ -251,30 +264,12 @@ impl<const N: usize> ScreenPolygon<N> {
             Some(gradient) => self.misfits(&gradient, vertices),
         };
         self.limits = None;
-        if self.is_steep() || !self.fits_f32(vertices) {
+        let (least, _) = extent(vertices.iter().map(|v| v.values.inv_w));
+        let is_steep = self.w.divides() && is_steep(&self.gradient, least);
+        if is_steep || !fits_f32(&self.gradient, vertices) {
             self.limits = Some(self.limits(vertices));
             self.method = Method::Other;
         }
-    }
-
-    /// Whether every s is within f32, as it is at the vertices and at pixel centres, which are
-    /// less than a pixel away from the polygon.
-    #[inline(always)]
-    fn fits_f32(&self, vertices: &[ScreenVertex<N>]) -> bool {
-        let sum = |s: &[f64; N]| s.iter().fold(0.0, |sum, s| sum + s.abs());
-        let at_vertices = vertices.iter().fold(0.0, |total, v| total + sum(&v.values.s));
-        let slopes = sum(&self.gradient.dx.s) + sum(&self.gradient.dy.s);
-        at_vertices + slopes <= f64::from(f32::MAX)
-    }
-
-    /// Whether 1/w, as it is found at a pixel centre, may leave the range of the vertices by more
-    /// than a quarter of its least value: by its slope, since the centre may lie outside the
-    /// unrounded polygon by half a subpixel along each axis, or by rounding.
-    #[inline(always)]
-    fn is_steep(&self) -> bool {
-        let WRange::Varying { inv_w: (least, _), .. } = self.w else { return false };
-        let change = self.gradient.dx.inv_w.abs() + self.gradient.dy.inv_w.abs();
-        least < LEAST_EXACT || change * (0.5 / f64::from(SUBPIXELS)) > 0.25 * f64::from(least)
     }
 
     #[cold]
@@ -531,16 +526,38 @@ pub(crate) fn widest_triangle<const N: usize>(
     Some([a, b, c])
 }
 
+/// Whether 1/w, as it is found at a pixel centre, may leave the range of the vertices by more than a
+/// quarter of its least value: by its slope, since the centre may lie outside the unrounded polygon
+/// by half a subpixel along each axis, or by rounding.
+#[inline(always)]
+fn is_steep<const N: usize, T: Number>(gradient: &Gradient<N, T>, least_inv_w: T) -> T::Mask {
+    let change = gradient.dx.inv_w.abs() + gradient.dy.inv_w.abs();
+    let is_large = (least_inv_w * 0.25).is_less(change * (0.5 / f64::from(SUBPIXELS)));
+    least_inv_w.is_less(change.all(LEAST_EXACT)) | is_large
+}
+
+/// Whether every s is within f32, as it is at the vertices and at pixel centres, which are less than
+/// a pixel away from the polygon.
+#[inline(always)]
+fn fits_f32<const N: usize, T: Number>(
+    gradient: &Gradient<N, T>,
+    vertices: &[ScreenVertex<N, T>],
+) -> T::Mask {
+    let mut sum = gradient.dx.z.all(0.0);
+    for i in 0..N {
+        for v in vertices {
+            sum = sum + v.values.s[i].abs();
+        }
+        sum = sum + gradient.dx.s[i].abs() + gradient.dy.s[i].abs();
+    }
+    // Written so that NaN does not fit.
+    sum.is_less(sum.all(f64::from(f32::MAX)))
+}
+
 /// The smallest and the largest value; NaN is passed over.
 #[inline(always)]
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), v| {
         (if v < min { v } else { min }, if v > max { v } else { max })
     })
-}
-
-/// The power of two at or below a positive normal number.
-fn power_of_two_below(value: f64) -> f64 {
-    const EXPONENT: u64 = 0x7ff << 52;
-    f64::from_bits(value.to_bits() & EXPONENT)
 }

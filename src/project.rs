@@ -12,6 +12,7 @@ use glam::DVec4;
 use thiserror::Error;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, W_MIN};
+use crate::number::Number;
 use crate::vertex::Vertex;
 
 /// Positions on the screen are rounded to 1 / `SUBPIXELS` of a pixel, as GPUs (and Mesa) do; from
@@ -128,8 +129,9 @@ impl Viewport {
     ) -> Option<ScreenVertex<N>> {
         let vertex = ClipVertex::from(vertex);
         let projection = Projection::new(self, clip_space);
-        (vertex.position.is_finite() && vertex.position.w >= W_MIN)
-            .then(|| projection.vertex(&vertex, 1.0, |_| true))
+        (vertex.position.is_finite() && vertex.position.w >= W_MIN).then(|| {
+            projection.vertex(vertex.position.to_array(), 1.0, |i, inv_w| vertex.params[i] * inv_w)
+        })
     }
 
     /// The sides of the guard band.
@@ -156,17 +158,31 @@ pub struct ScreenParams<const N: usize, T = f64> {
     pub s: [T; N],
 }
 
-impl<const N: usize> ScreenParams<N> {
-    /// `f` of the corresponding components of `self` and `other`.
+impl<const N: usize, T: Copy> ScreenParams<N, T> {
+    /// `f` of each component. Plain loops, which are inlined whole; `array::map` need not be.
     #[inline(always)]
-    pub(crate) fn zip(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            z: f(self.z, other.z),
-            inv_w: f(self.inv_w, other.inv_w),
-            s: std::array::from_fn(|i| f(self.s[i], other.s[i])),
+    pub(crate) fn map<U: Copy>(&self, f: impl Fn(&T) -> U) -> ScreenParams<N, U> {
+        let (z, inv_w) = (f(&self.z), f(&self.inv_w));
+        let mut s = [z; N];
+        for (s, value) in s.iter_mut().zip(&self.s) {
+            *s = f(value);
         }
+        ScreenParams { z, inv_w, s }
     }
 
+    /// `f` of the corresponding components of `self` and `other`.
+    #[inline(always)]
+    pub(crate) fn zip(&self, other: &Self, f: impl Fn(T, T) -> T) -> Self {
+        let (z, inv_w) = (f(self.z, other.z), f(self.inv_w, other.inv_w));
+        let mut s = [z; N];
+        for i in 0..N {
+            s[i] = f(self.s[i], other.s[i]);
+        }
+        Self { z, inv_w, s }
+    }
+}
+
+impl<const N: usize> ScreenParams<N> {
     /// `self + delta * steps`.
     #[inline(always)]
     pub(crate) fn step(&self, delta: &Self, steps: f64) -> Self {
@@ -176,29 +192,31 @@ impl<const N: usize> ScreenParams<N> {
     /// Rounded to f32.
     #[inline(always)]
     pub(crate) fn rounded(&self) -> ScreenParams<N, f32> {
-        ScreenParams {
-            z: self.z as f32,
-            inv_w: self.inv_w as f32,
-            s: std::array::from_fn(|i| self.s[i] as f32),
-        }
+        self.map(|value| *value as f32)
     }
 }
 
-impl<const N: usize> Default for ScreenParams<N> {
+impl<const N: usize, T: Copy + Default> Default for ScreenParams<N, T> {
     fn default() -> Self {
-        Self { z: 0.0, inv_w: 0.0, s: [0.0; N] }
+        Self { z: T::default(), inv_w: T::default(), s: [T::default(); N] }
     }
 }
 
 /// A vertex on the screen.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ScreenVertex<const N: usize> {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScreenVertex<const N: usize, T = f64> {
     /// Pixels to the right of the viewport's left side, not rounded.
-    pub x: f64,
+    pub x: T,
     /// Pixels below the viewport's top side, not rounded.
-    pub y: f64,
+    pub y: T,
     /// What is interpolated linearly from here on.
-    pub values: ScreenParams<N>,
+    pub values: ScreenParams<N, T>,
+}
+
+impl<const N: usize, T: Copy + Default> Default for ScreenVertex<N, T> {
+    fn default() -> Self {
+        Self { x: T::default(), y: T::default(), values: ScreenParams::default() }
+    }
 }
 
 /// A position on the screen in subpixels (1/256 pixel), x right, y down, relative to the viewport.
@@ -254,31 +272,31 @@ impl Projection {
         (near.min(far), near.max(far))
     }
 
-    /// The vertex on the screen, not rounded. `w_unit` is the unit in which w is measured, a power of
-    /// two, and `divide` tells which parameters are divided by w.
+    /// A vertex on the screen, not rounded. `w_unit` is the unit in which w is measured, a power of
+    /// two, and `value` gives s_i for i and 1/w in this unit.
     #[inline(always)]
-    pub(crate) fn vertex<const N: usize>(
+    pub(crate) fn vertex<const N: usize, T: Number>(
         &self,
-        vertex: &ClipVertex<N>,
-        w_unit: f64,
-        divide: impl Fn(usize) -> bool,
-    ) -> ScreenVertex<N> {
-        let inv_w = 1.0 / vertex.position.w;
-        let [x, y, z, _] = (vertex.position * inv_w).to_array();
+        [x, y, z, w]: [T; 4],
+        w_unit: T,
+        value: impl Fn(usize, T) -> T,
+    ) -> ScreenVertex<N, T> {
+        let inv_w = w.all(1.0) / w;
+        let (x, y, z) = (x * inv_w, y * inv_w, z * inv_w);
         let [near, far] = self.depth;
         let z = match self.clip_space {
             ClipSpace::ZeroToOne => z,
-            ClipSpace::MinusOneToOne => 0.5 * z + 0.5,
+            ClipSpace::MinusOneToOne => z * 0.5 + 0.5,
         };
         let inv_w = inv_w * w_unit;
-        let s = std::array::from_fn(|i| {
-            let r = vertex.params[i];
-            if divide(i) { r * inv_w } else { r }
-        });
+        let mut s = [inv_w; N];
+        for (i, s) in s.iter_mut().enumerate() {
+            *s = value(i, inv_w);
+        }
         ScreenVertex {
-            x: (0.5 * x + 0.5) * self.size[0],
-            y: (0.5 - 0.5 * y) * self.size[1],
-            values: ScreenParams { z: near + (far - near) * z, inv_w, s },
+            x: (x * 0.5 + 0.5) * self.size[0],
+            y: (y * -0.5 + 0.5) * self.size[1],
+            values: ScreenParams { z: z * (far - near) + near, inv_w, s },
         }
     }
 }

@@ -9,7 +9,7 @@
 use std::ops::Range;
 
 use crate::clip::{ClipPlane, ClipSpace, ClipVertex, Clipper, Outcome};
-use crate::edge_table::{ConvexOutline, EdgeTable, FillRule, ROWS, RunGroup, Runs, signed_area_of};
+use crate::edge_table::{EdgeTable, FillRule, ROWS, RunGroup, RunGroups, Runs, signed_area_of};
 use crate::outline::{Chain, Outline};
 use crate::polygon::{Lines, ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect, Viewport};
@@ -289,17 +289,17 @@ impl<'a, const N: usize> Spans<'a, N> {
     #[inline(always)]
     pub(crate) fn groups(&self) -> Option<SpanGroups<'a, N>> {
         let Self { polygon, runs, columns } = self;
-        let outline = runs.convex()?;
-        Some(SpanGroups { polygon, outline, columns: columns.clone() })
+        let runs = runs.groups()?;
+        Some(SpanGroups { polygon, runs, columns: columns.clone() })
     }
 }
 
 /// The spans of a convex polygon. What neighbouring rows have in common in their set-up is done for
 /// several at once.
 pub(crate) struct SpanGroups<'a, const N: usize> {
-    polygon: &'a ScreenPolygon<N>,
-    outline: ConvexOutline<'a>,
-    columns: Range<i32>,
+    pub(crate) polygon: &'a ScreenPolygon<N>,
+    pub(crate) runs: RunGroups<'a>,
+    pub(crate) columns: Range<i32>,
 }
 
 /// The spans of neighbouring rows.
@@ -316,8 +316,8 @@ impl<'a, const N: usize> SpanGroups<'a, N> {
     /// Calls `f` for each group, from top to bottom.
     #[inline(always)]
     pub(crate) fn for_each(self, mut f: impl FnMut(&SpanGroup<'a, '_, N>)) {
-        let Self { polygon, outline, columns } = &self;
-        outline.for_each_group(
+        let Self { polygon, runs, columns } = &self;
+        runs.for_each(
             polygon.needs_edges(),
             #[inline(always)]
             |runs| f(&SpanGroup::new(polygon, runs, columns)),
@@ -329,10 +329,15 @@ impl<'a, 'g, const N: usize> SpanGroup<'a, 'g, N> {
     #[inline(always)]
     fn new(polygon: &'a ScreenPolygon<N>, runs: &'g RunGroup, columns: &Range<i32>) -> Self {
         let (mut start, mut end) = (runs.start, runs.end);
+        let len = runs.len as i32;
+        for start in &mut start {
+            *start = (*start).max(columns.start);
+        }
         for row in 0..ROWS {
-            start[row] = start[row].max(columns.start);
-            let last = if row < runs.len { end[row].min(columns.end) } else { i32::MIN };
-            end[row] = last.max(start[row]);
+            let width = end[row].min(columns.end) - start[row];
+            // All ones in the rows that there are: a branch would keep the loop from being vectorised.
+            let exists = (row as i32 - len) >> 31;
+            end[row] = start[row] + (width.max(0) & exists);
         }
         Self { polygon, runs, start, end, lines: polygon.lines(runs) }
     }

@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use super::{Edge, HALF, Run, first_centre, signed_area};
+use crate::number::Number;
 use crate::project::{FixedPoint, SUBPIXELS};
 
 /// Rows whose runs are found at a time.
@@ -42,24 +43,38 @@ pub(crate) struct ConvexOutline<'a> {
     pub(super) rows: Range<i32>,
 }
 
-impl ConvexOutline<'_> {
+/// A convex outline whose runs are to be found in groups of rows.
+#[derive(Clone, Debug)]
+pub(crate) enum RunGroups<'a> {
+    Outline(ConvexOutline<'a>),
+    /// A triangle whose lines are known, and exact.
+    Triangle(&'a Triangle),
+}
+
+impl RunGroups<'_> {
     /// Calls `f` for groups of runs, from top to bottom; `edges` says whether the edges of each run
-    /// are asked for.
+    /// are asked for. Of a triangle whose lines are known they are not.
     #[inline(always)]
-    pub(crate) fn for_each_group(&self, edges: bool, mut f: impl FnMut(&RunGroup)) {
+    pub(crate) fn for_each(&self, edges: bool, mut f: impl FnMut(&RunGroup)) {
         let mut group = RunGroup::EMPTY;
-        let mut triangle = match self.points {
-            &[a, b, c] if !edges && Triangle::is_exact([a, b, c]) => {
-                Some(Triangle::new([a, b, c], &self.rows))
+        let found;
+        // Two options, not one enum: the rows of a triangle are to stay in registers.
+        let (mut rows, mut pair) = (None, None);
+        match self {
+            Self::Triangle(triangle) => rows = Some(TriangleRows::new(triangle)),
+            Self::Outline(outline) => {
+                found = if edges { None } else { Triangle::of(outline) };
+                match &found {
+                    Some(triangle) => rows = Some(TriangleRows::new(triangle)),
+                    None => pair = Some(ActivePair::new(outline)),
+                }
             }
-            _ => None,
-        };
-        // Not in one enum with the triangle, which is to stay in registers.
-        let mut pair = None;
+        }
         loop {
-            let is_last = match &mut triangle {
-                Some(triangle) => triangle.next_group(&mut group),
-                None => ActivePair::next_group(&mut pair, self, &mut group),
+            let is_last = match (&mut rows, &mut pair) {
+                (Some(rows), _) => rows.next_group(&mut group),
+                (None, Some(pair)) => pair.next_group(&mut group),
+                (None, None) => return,
             };
             f(&group);
             if is_last {
@@ -69,14 +84,15 @@ impl ConvexOutline<'_> {
     }
 }
 
-/// A triangle as three lines. What is between them in a row is the row's run: a row belongs to two
-/// edges, and the third's line, drawn out, lies outside of them.
-#[derive(Debug)]
-struct Triangle {
-    sides: [Line; 3],
-    /// The columns and the rows that it extends over; in the columns, [`ROUND`] is added.
-    columns: (f64, f64),
-    rows: (i32, i32),
+/// A triangle as three lines, or eight such triangles. What is between the lines in a row is the row's
+/// run: a row belongs to two edges, and the third's line, drawn out, lies outside of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Triangle<T = f64> {
+    sides: [Line<T>; 3],
+    /// The columns and the rows that it extends over, [`ROUND`] added: the first and the one after
+    /// the last.
+    columns: [T; 2],
+    rows: [T; 2],
 }
 
 /// The line through an edge of a triangle.
@@ -86,18 +102,18 @@ struct Triangle {
 /// (p + (u - 1) / 2) / u rounded to nearest, which is nowhere nearer than 1 / 2u to where rounding
 /// would change. With |p| < 2^49 the sum is exact in f64, and the product with the reciprocal is off
 /// by less than 2^49 / u * 2^-52: the column is exact.
-#[derive(Clone, Copy, Debug)]
-struct Line {
-    /// p + (u - 1) / 2 in the next row.
-    at: f64,
+#[derive(Clone, Copy, Debug, Default)]
+struct Line<T> {
+    /// p + (u - 1) / 2 in the triangle's first row.
+    at: T,
     /// The change of p from row to row.
-    step: f64,
+    step: T,
     /// 1 / u.
-    per_unit: f64,
+    per_unit: T,
     /// What to add for the start of a run: [`ROUND`] if the line is on the left, less [`ASIDE`] if
     /// not. The same for its end.
-    start: f64,
-    end: f64,
+    start: T,
+    end: T,
 }
 
 /// Added to a number below 2^51, this leaves the nearest integer in the lowest bits.
@@ -106,87 +122,154 @@ const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
 /// Out of the way of every column.
 const ASIDE: f64 = (1u64 << 48) as f64;
 
-impl Triangle {
-    /// Whether its size is such that the lines are exact: with at most 2^22 subpixels, less than 2^26
-    /// from the origin.
+/// The largest size of a triangle, in subpixels, for which the lines are exact, when it is less than
+/// 2^26 subpixels from the origin.
+const EXACT: f64 = (1u64 << 22) as f64;
+
+impl<T: Copy> Triangle<T> {
+    /// The triangle of three points, in subpixels, as far as it is in the given rows. Tells whether the
+    /// lines are exact: they must not be used if not.
     #[inline(always)]
-    fn is_exact(triangle: [FixedPoint; 3]) -> bool {
-        let [a, b, c] = triangle;
-        let extent = |a: i32, b: i32, c: i32| a.max(b).max(c).saturating_sub(a.min(b).min(c));
-        extent(a.x, b.x, c.x).max(extent(a.y, b.y, c.y)) <= 1 << 22
+    pub(crate) fn new(points: [[T; 2]; 3], within: &Range<i32>) -> (Self, T::Mask)
+    where
+        T: Number,
+    {
+        let [[ax, ay], [bx, by], [cx, cy]] = points;
+        let zero = ax.all(0.0);
+        let area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
+        let ([left, right], [top, bottom]) = (T::range([ax, bx, cx]), T::range([ay, by, cy]));
+        let is_too_large = zero.all(EXACT).is_less((right - left).greater(bottom - top));
+        let [start, end] = [within.start, within.end].map(|y| f64::from(y) + ROUND);
+        let start = rounded_centre(top).greater(zero.all(start));
+        let end = rounded_centre(bottom).lesser(zero.all(end));
+        let has_area = zero.is_less(area.abs());
+        let rows = [start, T::select(has_area, end, start)];
+        let columns = [rounded_centre(left), rounded_centre(right)];
+        let (y, is_clockwise) = (start - ROUND, zero.is_less(area));
+        let [a, b, c] = points;
+        let ab = Line::new(a, b, y, is_clockwise);
+        let bc = Line::new(b, c, y, is_clockwise);
+        let ca = Line::new(c, a, y, is_clockwise);
+        let triangle = Self { sides: [ab, bc, ca], columns, rows };
+        (triangle, !is_too_large)
     }
 
+    /// `f` of each number.
     #[inline(always)]
-    fn new(triangle: [FixedPoint; 3], rows: &Range<i32>) -> Self {
-        let area = signed_area(&triangle, |point| *point);
-        let [a, b, c] = triangle;
-        let extent = |a: i32, b: i32, c: i32| [a.min(b).min(c), a.max(b).max(c)].map(first_centre);
-        let ([left, right], [top, bottom]) = (extent(a.x, b.x, c.x), extent(a.y, b.y, c.y));
-        let y = top.max(rows.start);
-        let end = if area == 0 { y } else { bottom.min(rows.end) };
-        let line = |a: FixedPoint, b: FixedPoint| Line::new(a, b, y, area > 0);
-        Self {
-            sides: [line(a, b), line(b, c), line(c, a)],
-            columns: (f64::from(left) + ROUND, f64::from(right) + ROUND),
-            rows: (y, end),
+    pub(crate) fn map<U>(&self, f: impl Fn(&T) -> U + Copy) -> Triangle<U> {
+        let Self { sides: [a, b, c], columns: [left, right], rows: [first, last] } = self;
+        Triangle {
+            sides: [a.map(f), b.map(f), c.map(f)],
+            columns: [f(left), f(right)],
+            rows: [f(first), f(last)],
         }
+    }
+}
+
+impl<T> Line<T> {
+    /// `f` of each number.
+    #[inline(always)]
+    fn map<U>(&self, f: impl Fn(&T) -> U) -> Line<U> {
+        let Self { at, step, per_unit, start, end } = self;
+        Line { at: f(at), step: f(step), per_unit: f(per_unit), start: f(start), end: f(end) }
+    }
+}
+
+impl Triangle {
+    /// The triangle of an outline, if it is one and the lines are exact.
+    #[inline(always)]
+    fn of(ConvexOutline { points, rows }: &ConvexOutline<'_>) -> Option<Self> {
+        let Some([a, b, c]) = points.as_array() else { return None };
+        let points = [a, b, c].map(|point| [point.x, point.y].map(f64::from));
+        let (triangle, is_exact) = Self::new(points, rows);
+        is_exact.then_some(triangle)
+    }
+
+    /// The columns, of those given, and the rows that it extends over, if any.
+    #[inline(always)]
+    pub(crate) fn extent(&self, columns: &Range<i32>) -> Option<(Range<i32>, Range<i32>)> {
+        let Self { columns: [left, right], rows: [top, bottom], .. } = self;
+        let columns = integer(*left).max(columns.start)..integer(*right).min(columns.end);
+        let rows = integer(*top)..integer(*bottom);
+        (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
+    }
+}
+
+impl<T: Number> Line<T> {
+    /// The line through `a` and `b` from row `y` on. In a triangle that runs clockwise, an edge that
+    /// runs down is on the right.
+    #[inline(always)]
+    fn new(a: [T; 2], b: [T; 2], y: T, is_clockwise: T::Mask) -> Self {
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let (zero, one) = (dy.all(0.0), dy.all(1.0));
+        let (is_up, is_down) = (dy.is_less(zero), zero.is_less(dy));
+        let is_right = is_clockwise & is_down | !is_clockwise & is_up;
+        let is_left = is_clockwise & is_up | !is_clockwise & is_down;
+        let downwards = T::select(is_up, dy.all(-1.0), one);
+        let (dx, dy) = (dx * downwards, dy * downwards);
+        let (subpixels, half) = (f64::from(SUBPIXELS), HALF as f64);
+        let unit = T::select(is_up | is_down, dy * subpixels, one);
+        let below = y * subpixels + half - a[1];
+        let position = (a[0] - half) * dy + below * dx;
+        Self {
+            at: position + (unit - 1.0) * 0.5,
+            step: dx * subpixels,
+            per_unit: one / unit,
+            start: T::select(is_left, dy.all(ROUND), dy.all(ROUND - ASIDE)),
+            end: T::select(is_right, dy.all(ROUND), dy.all(ROUND + ASIDE)),
+        }
+    }
+}
+
+/// The rows of a triangle, to be visited from top to bottom.
+struct TriangleRows<'a> {
+    triangle: &'a Triangle,
+    /// [`Line::at`] of each side in the next row.
+    at: [f64; 3],
+    y: i32,
+    end: i32,
+}
+
+impl<'a> TriangleRows<'a> {
+    #[inline(always)]
+    fn new(triangle: &'a Triangle) -> Self {
+        let Triangle { sides: [a, b, c], rows: [y, end], .. } = triangle;
+        Self { triangle, at: [a.at, b.at, c.at], y: integer(*y), end: integer(*end) }
     }
 
     /// Finds the next rows, if any; whether they are the last.
     #[inline(always)]
     fn next_group(&mut self, group: &mut RunGroup) -> bool {
-        let (y, bottom) = self.rows;
-        let (left, right) = self.columns;
+        let [left, right] = self.triangle.columns;
         let (mut start, mut end) = ([left; ROWS], [right; ROWS]);
-        for side in &mut self.sides {
+        for (side, at) in self.triangle.sides.iter().zip(&mut self.at) {
             for row in 0..ROWS {
-                let column = (side.at + row as f64 * side.step) * side.per_unit;
-                start[row] = greater(start[row], column + side.start);
-                end[row] = less(end[row], column + side.end);
+                let column = (*at + row as f64 * side.step) * side.per_unit;
+                start[row] = start[row].greater(column + side.start);
+                end[row] = end[row].lesser(column + side.end);
             }
-            side.at += ROWS as f64 * side.step;
+            *at += ROWS as f64 * side.step;
         }
-        let column = |value: f64| less(greater(value, left), right).to_bits() as i32;
+        let column = |value: f64| integer(value.greater(left).lesser(right));
         (group.start, group.end) = (start.map(column), end.map(column));
-        group.y = y;
-        group.len = (bottom - y).clamp(0, ROWS as i32) as usize;
-        self.rows.0 = y + ROWS as i32;
-        self.rows.0 >= bottom
+        group.y = self.y;
+        group.len = (self.end - self.y).clamp(0, ROWS as i32) as usize;
+        self.y += ROWS as i32;
+        self.y >= self.end
     }
 }
 
-impl Line {
-    /// The line through `a` and `b` from row `y` on. In a triangle that runs clockwise, an edge that
-    /// runs down is on the right.
-    #[inline(always)]
-    fn new(a: FixedPoint, b: FixedPoint, y: i32, clockwise: bool) -> Self {
-        let [dx, dy] = [b.x - a.x, b.y - a.y].map(f64::from);
-        let (is_right, is_left) =
-            if clockwise { (dy > 0.0, dy < 0.0) } else { (dy < 0.0, dy > 0.0) };
-        let (dx, dy) = if dy < 0.0 { (-dx, -dy) } else { (dx, dy) };
-        let (subpixels, half) = (f64::from(SUBPIXELS), HALF as f64);
-        let unit = if dy == 0.0 { 1.0 } else { dy * subpixels };
-        let below = f64::from(y) * subpixels + half - f64::from(a.y);
-        let position = (f64::from(a.x) - half) * dy + below * dx;
-        Self {
-            at: position + (unit - 1.0) * 0.5,
-            step: dx * subpixels,
-            per_unit: 1.0 / unit,
-            start: if is_left { ROUND } else { ROUND - ASIDE },
-            end: if is_right { ROUND } else { ROUND + ASIDE },
-        }
-    }
+/// The first column or row whose centre is at or behind `p` subpixels, [`ROUND`] added. Half a
+/// subpixel before a centre is half-way between two.
+#[inline(always)]
+fn rounded_centre<T: Number>(p: T) -> T {
+    (p - 0.5) * (1.0 / f64::from(SUBPIXELS)) + ROUND
 }
 
-/// Of two numbers, neither of which is NaN: `f64::max` would cost three instructions.
+/// The integer that [`ROUND`] was added to.
 #[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn less(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
+fn integer(value: f64) -> i32 {
+    value.to_bits() as i32
 }
 
 /// Whether an outline winds once around a convex region, or has no area. Going around it, a
@@ -266,6 +349,7 @@ impl Side<'_> {
 }
 
 impl<'a> ActivePair<'a> {
+    #[inline(never)]
     pub(super) fn new(ConvexOutline { points: outline, rows }: &ConvexOutline<'a>) -> Self {
         let area = signed_area(outline, |point| *point);
         let side = |at, forward| Side { outline, rows: rows.clone(), at, forward };
@@ -319,15 +403,10 @@ impl<'a> ActivePair<'a> {
     /// Finds the next rows, if any; whether they are the last. Outlined: what is drawn in the rows
     /// takes longer than a call.
     #[inline(never)]
-    fn next_group(
-        pair: &mut Option<Self>,
-        outline: &ConvexOutline<'a>,
-        group: &mut RunGroup,
-    ) -> bool {
-        let pair = pair.get_or_insert_with(|| Self::new(outline));
+    fn next_group(&mut self, group: &mut RunGroup) -> bool {
         *group = RunGroup::EMPTY;
         while group.len < ROWS {
-            let Some(Run { y, x, edges }) = pair.next_row() else { break };
+            let Some(Run { y, x, edges }) = self.next_row() else { break };
             if group.len == 0 {
                 group.y = y;
             }
@@ -335,7 +414,7 @@ impl<'a> ActivePair<'a> {
             group.edges[group.len] = edges;
             group.len += 1;
         }
-        pair.active.is_none()
+        self.active.is_none()
     }
 }
 
@@ -357,7 +436,7 @@ impl Iterator for ActivePair<'_> {
 mod tests {
     use std::ops::Range;
 
-    use super::{ActivePair, ConvexOutline, FixedPoint};
+    use super::{ActivePair, ConvexOutline, FixedPoint, RunGroups};
 
     /// Marsaglia's xorshift.
     struct Rng(u64);
@@ -376,7 +455,7 @@ mod tests {
     fn both_ways(points: &[FixedPoint], rows: Range<i32>) -> [Vec<(i32, Range<i32>)>; 2] {
         let outline = ConvexOutline { points, rows };
         let mut at_once = Vec::new();
-        outline.for_each_group(false, |group| {
+        RunGroups::Outline(outline.clone()).for_each(false, |group| {
             let runs = (0..group.len).map(|row| group.run(row)).filter(|run| !run.x.is_empty());
             at_once.extend(runs.map(|run| (run.y, run.x)));
         });

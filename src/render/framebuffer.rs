@@ -199,18 +199,24 @@ impl<'a, C> Band<'a, C> {
         }
     }
 
-    /// Brings the pixels into the cache in their order, which is faster than from all over the band.
-    pub(crate) fn read_through(&self)
+    /// Brings the pixels of some columns into the cache in their order, which is faster than from all
+    /// over the band.
+    pub(crate) fn read_through(&self, columns: &Range<usize>)
     where
         C: Copy,
     {
         const LINE: usize = 64;
         let colors_in_line = (LINE / size_of::<C>().max(1)).max(1);
-        for depth in self.depth.iter().step_by(LINE / size_of::<f32>()) {
-            black_box(*depth);
-        }
-        for color in self.color.iter().step_by(colors_in_line) {
-            black_box(*color);
+        let row = |row: usize| row * self.width + columns.start..row * self.width + columns.end;
+        for row in (0..self.rows().len()).map(row) {
+            let depths = self.depth.get(row.clone()).unwrap_or_default();
+            for depth in depths.iter().step_by(LINE / size_of::<f32>()) {
+                black_box(*depth);
+            }
+            let colors = self.color.get(row).unwrap_or_default();
+            for color in colors.iter().step_by(colors_in_line) {
+                black_box(*color);
+            }
         }
     }
 

@@ -21,9 +21,11 @@ use rayon::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome, Volume};
-use crate::edge_table::{EdgeTable, first_centre, signed_area, signed_area_of};
+use crate::edge_table::{
+    EdgeTable, RunGroups, Triangle, first_centre, signed_area, signed_area_of,
+};
 use crate::outline::Chain;
-use crate::polygon::{ScreenPolygon, Setup};
+use crate::polygon::{PlacedTriangles, ScreenPolygon, Setup, TRIANGLES, Triangles};
 use crate::project::{FixedPoint, Rect};
 use crate::render::coarse_depth::CoarseDepth;
 use crate::render::framebuffer::{Band, Framebuffer};
@@ -31,7 +33,7 @@ use crate::render::raster::Raster;
 #[cfg(not(feature = "parallel"))]
 use crate::render::sequential::*;
 use crate::render::shader::Shader;
-use crate::scan::{Cull, ScanConverter, Spans};
+use crate::scan::{Cull, ScanConverter, SpanGroups, Spans};
 use crate::vertex::Vertex;
 
 /// Rows in a band: with 1920 columns of 4-byte colours it takes 480 KiB, which fits the second
@@ -51,7 +53,7 @@ const BATCH: usize = 1 << 20;
 const FEW: usize = 4;
 
 /// With a face for so many pixels or fewer, a band is likely to be drawn all over.
-const CROWDED: usize = 10;
+const CROWDED: usize = 32;
 
 /// The memory for drawing meshes.
 #[derive(Clone, Debug, Default)]
@@ -131,30 +133,14 @@ struct Chunk<const N: usize> {
 #[derive(Clone, Debug, Default)]
 struct Bin<const N: usize> {
     faces: Vec<Binned>,
-    /// The vertices that are carried along, end to end.
-    vertices: Vec<Carried<N>>,
-}
-
-/// A vertex of a small face, without the padding that [`Vertex`] has, and its place on the screen.
-#[derive(Clone, Copy, Debug)]
-struct Carried<const N: usize> {
-    position: [f32; 4],
-    params: [f32; N],
-    point: FixedPoint,
-}
-
-impl<const N: usize> Carried<N> {
-    #[inline(always)]
-    fn new(vertex: &Vertex<N>, corner: &Corner) -> Self {
-        let Vertex { position, params } = *vertex;
-        Self { position: position.to_array(), params, point: corner.point }
-    }
-
-    #[inline(always)]
-    fn vertex(&self) -> (Vertex<N>, FixedPoint) {
-        let Self { position, params, point } = *self;
-        (Vertex { position: position.into(), params }, point)
-    }
+    /// The columns that they extend over.
+    columns: Range<i32>,
+    /// Its triangles that take their vertices along, and how many they are; what is behind them is
+    /// left over from before.
+    triangles: Vec<PlacedTriangles<N>>,
+    len: usize,
+    /// Its quads that do.
+    quads: Vec<[(Vertex<N>, FixedPoint); 4]>,
 }
 
 /// A face in a bin.
@@ -167,7 +153,7 @@ struct Binned {
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// A triangle or a quad of the bin's next vertices.
+    /// The bin's next triangle or quad.
     Triangle,
     Quad,
     /// A face whose vertices are those of the mesh.
@@ -192,6 +178,7 @@ struct ClippedFace {
 struct Worker<const N: usize> {
     outline: Vec<FixedPoint>,
     edges: EdgeTable,
+    triangles: Triangles<N>,
     polygon: ScreenPolygon<N>,
     coarse: CoarseDepth,
 }
@@ -269,15 +256,29 @@ impl<const N: usize> Job<'_, N> {
             if self.raster.restart(&mut coarse, &band) {
                 band.coarse = Some(&mut coarse);
             }
-            let faces_here: usize = chunks.iter().map(|chunk| chunk.bins[i].faces.len()).sum();
-            if faces_here.saturating_mul(CROWDED) >= band.depth.len() {
-                band.read_through();
-            }
+            let columns =
+                self.crowded(chunks.iter().map(|chunk| &chunk.bins[i]), band.rows().len());
+            band.read_through(&columns);
             dispatch!(self.level, simd => for chunk in chunks {
                 self.draw_bin(simd, (corners, faces), chunk, i, worker, &mut band, shader);
             });
             worker.coarse = coarse;
         });
+    }
+
+    /// The columns of a band that its faces extend over, if these are so many that reading all pixels
+    /// there pays.
+    fn crowded<'b>(&self, bins: impl Iterator<Item = &'b Bin<N>>, rows: usize) -> Range<usize> {
+        let (mut faces, mut columns) = (0, i32::MAX..i32::MIN);
+        for bin in bins {
+            faces += bin.faces.len();
+            columns = columns.start.min(bin.columns.start)..columns.end.max(bin.columns.end);
+        }
+        if columns.is_empty() || faces.saturating_mul(CROWDED) < columns.len() * rows {
+            return 0..0;
+        }
+        let corner = self.scan.viewport.rect().x;
+        (columns.start + corner) as usize..(columns.end + corner) as usize
     }
 
     /// Draws a chunk's faces in a band.
@@ -295,55 +296,76 @@ impl<const N: usize> Job<'_, N> {
     ) {
         let bin = &chunk.bins[band_number];
         let rows = self.rows_within(band.rows());
-        let mut carried = bin.vertices.as_slice();
+        let at_once = self.raster.takes_groups(simd);
+        let (mut triangles, mut quads) = (0.., bin.quads.iter());
         for &Binned { face, kind } in &bin.faces {
             worker.polygon.face = faces.first.wrapping_add(face);
-            let vertex = |i: u32| (self.vertices[i as usize], corners[i as usize].point);
-            let triangle = match kind {
+            let mut lines = None;
+            match kind {
                 Kind::Triangle => {
-                    let Some(([a, b, c], rest)) = carried.split_first_chunk() else { return };
-                    carried = rest;
-                    Some([a.vertex(), b.vertex(), c.vertex()])
+                    let Some(number) = triangles.next() else { return };
+                    let Some(placed) = bin.triangles.get(number / TRIANGLES) else { return };
+                    let Worker { triangles, polygon, .. } = worker;
+                    if at_once {
+                        if number % TRIANGLES == 0 {
+                            triangles.set_up(simd, &self.setup, placed, &rows);
+                        }
+                        lines = triangles.take(number, &self.setup, polygon);
+                    }
+                    if lines.is_none() {
+                        worker.set_up(self, placed.get(number).into_iter(), &rows);
+                    }
                 }
                 Kind::Quad => {
-                    let Some((quad, rest)) = carried.split_first_chunk::<4>() else { return };
-                    carried = rest;
-                    worker.set_up(self, quad.iter().map(Carried::vertex), &rows);
-                    None
+                    let Some(quad) = quads.next() else { return };
+                    worker.set_up(self, quad.iter().copied(), &rows);
                 }
-                Kind::Whole => match *faces.get(face as usize) {
-                    [a, b, c] => Some([vertex(a), vertex(b), vertex(c)]),
-                    ref indices => {
-                        worker.set_up(self, indices.iter().map(|&i| vertex(i)), &rows);
-                        None
-                    }
-                },
+                Kind::Whole => {
+                    let vertex = |&i: &u32| (self.vertices[i as usize], corners[i as usize].point);
+                    worker.set_up(self, faces.get(face as usize).iter().map(vertex), &rows);
+                }
                 Kind::Clipped(number) => {
                     worker.set_up_clipped(self, chunk.clipped(number as usize), &rows);
-                    None
                 }
-            };
-            if let Some(triangle) = triangle {
-                worker.set_up_triangle(self, &triangle, &rows);
             }
-            if self.is_hidden(worker, band, &rows) {
+            if self.is_hidden(worker, lines.as_ref(), band, &rows) {
                 continue;
             }
-            let (polygon, runs) = (&worker.polygon, worker.edges.runs());
-            let spans = Spans { polygon, runs, columns: self.columns.clone() };
-            self.raster.draw(simd, spans, band, shader);
+            let (polygon, columns) = (&worker.polygon, self.columns.clone());
+            let groups = match &lines {
+                Some(lines) => SpanGroups { polygon, runs: RunGroups::Triangle(lines), columns },
+                None => {
+                    let spans = Spans { polygon, runs: worker.edges.runs(), columns };
+                    let Some(groups) = self.raster.groups(simd, &spans) else {
+                        self.raster.draw_rest(simd, spans, band, shader);
+                        continue;
+                    };
+                    groups
+                }
+            };
+            self.raster.draw_groups(simd, groups, band, shader);
         }
     }
 
     /// Whether the coarse depth hides the face that is set up.
     #[inline(always)]
-    fn is_hidden<C>(&self, worker: &Worker<N>, band: &mut Band<'_, C>, rows: &Range<i32>) -> bool {
+    fn is_hidden<C>(
+        &self,
+        worker: &Worker<N>,
+        lines: Option<&Triangle>,
+        band: &mut Band<'_, C>,
+        rows: &Range<i32>,
+    ) -> bool {
         let first = band.first;
         let Some(coarse) = &mut band.coarse else { return false };
         if coarse.is_idle() {
             return false;
         }
-        let Some((columns, rows)) = worker.edges.extent(&self.columns, rows) else { return false };
+        let extent = match lines {
+            Some(triangle) => triangle.extent(&self.columns),
+            None => worker.edges.extent(&self.columns, rows),
+        };
+        let Some((columns, rows)) = extent else { return false };
         let Rect { x, y, .. } = self.scan.viewport.rect();
         let place = |range: Range<i32>, corner: i32| {
             (range.start + corner) as usize..(range.end + corner) as usize
@@ -406,7 +428,7 @@ impl<const N: usize> Job<'_, N> {
         }
         let point = |corner: &Corner| corner.point;
         let area = || signed_area(corners, point);
-        let Some(bands) = self.bands(corners, point, area) else { return };
+        let Some((bands, columns)) = self.bands(corners, point, area) else { return };
         let bins = &mut chunk.bins[bands];
         let kind = match corners.len() {
             3 if bins.len() <= FEW => Kind::Triangle,
@@ -414,11 +436,14 @@ impl<const N: usize> Job<'_, N> {
             _ => Kind::Whole,
         };
         for bin in bins {
-            bin.faces.push(Binned { face: face as u32, kind });
-            if !matches!(kind, Kind::Whole) {
-                let vertices = indices.iter().map(|&i| &self.vertices[i as usize]);
-                bin.vertices
-                    .extend(vertices.zip(corners).map(|(v, corner)| Carried::new(v, corner)));
+            bin.push(face as u32, kind, &columns);
+            let vertex = |k: usize| (&self.vertices[indices[k] as usize], corners[k].point);
+            match kind {
+                Kind::Triangle => bin.push_triangle([vertex(0), vertex(1), vertex(2)]),
+                Kind::Quad => {
+                    bin.quads.push([0, 1, 2, 3].map(vertex).map(|(v, point)| (*v, point)))
+                }
+                _ => {}
             }
         }
     }
@@ -438,14 +463,14 @@ impl<const N: usize> Job<'_, N> {
         outline.clear();
         outline.extend(clipper.vertices().iter().map(project));
         let area = || signed_area_of(outline, clipper.chains());
-        let Some(bands) = self.bands(outline, |point| *point, area) else { return };
+        let Some((bands, columns)) = self.bands(outline, |point| *point, area) else { return };
         clipped.extend_from_slice(clipper.vertices());
         chains.extend_from_slice(clipper.chains());
         let [end, chains_end] = [clipped.len(), chains.len()].map(|end| end as u32);
         let affine = self.scan.is_affine(indices.len(), outcome);
         let kind = Kind::Clipped(clipped_faces.len() as u32);
         clipped_faces.push(ClippedFace { end, chains_end, affine });
-        chunk.bins[bands].iter_mut().for_each(|bin| bin.faces.push(Binned { face, kind }));
+        chunk.bins[bands].iter_mut().for_each(|bin| bin.push(face, kind, &columns));
     }
 
     /// The rows to visit of those on the framebuffer, relative to the viewport.
@@ -454,14 +479,15 @@ impl<const N: usize> Job<'_, N> {
         self.rows.start.max(rows.start - corner)..self.rows.end.min(rows.end - corner)
     }
 
-    /// The bands that an outline touches; `None` if it has no pixel in any, or is turned away.
+    /// The bands that an outline touches, and the columns that it extends over; `None` if it has no
+    /// pixel, or is turned away.
     #[inline(always)]
     fn bands<V>(
         &self,
         outline: &[V],
         point: impl Fn(&V) -> FixedPoint,
         signed_area: impl FnOnce() -> i128,
-    ) -> Option<Range<usize>> {
+    ) -> Option<(Range<usize>, Range<i32>)> {
         let cull = self.scan.cull;
         if cull != Cull::None && cull.leaves_out(signed_area()) {
             return None;
@@ -480,7 +506,7 @@ impl<const N: usize> Job<'_, N> {
         }
         let corner = self.scan.viewport.rect().y;
         let band = |row: i32| (row + corner) as usize / BAND as usize;
-        Some(band(rows.start)..band(rows.end - 1) + 1)
+        Some((band(rows.start)..band(rows.end - 1) + 1, columns))
     }
 }
 
@@ -492,11 +518,33 @@ fn first<T: Default>(list: &mut Vec<T>, len: usize) -> &mut [T] {
     &mut list[..len]
 }
 
+impl<const N: usize> Bin<N> {
+    #[inline(always)]
+    fn push(&mut self, face: u32, kind: Kind, columns: &Range<i32>) {
+        self.faces.push(Binned { face, kind });
+        let Range { start, end } = &mut self.columns;
+        (*start, *end) = ((*start).min(columns.start), (*end).max(columns.end));
+    }
+
+    /// Puts the vertices of a triangle behind those of the others.
+    #[inline(always)]
+    fn push_triangle(&mut self, triangle: [(&Vertex<N>, FixedPoint); 3]) {
+        let place = self.len / TRIANGLES;
+        if place == self.triangles.len() {
+            self.triangles.push(PlacedTriangles::default());
+        }
+        self.triangles[place].set(self.len, triangle);
+        self.len += 1;
+    }
+}
+
 impl<const N: usize> Chunk<N> {
     fn clear(&mut self, bands: usize) {
         for bin in first(&mut self.bins, bands) {
             bin.faces.clear();
-            bin.vertices.clear();
+            bin.columns = i32::MAX..i32::MIN;
+            bin.len = 0;
+            bin.quads.clear();
         }
         self.clipped.clear();
         self.chains.clear();
@@ -514,20 +562,8 @@ impl<const N: usize> Chunk<N> {
 }
 
 impl<const N: usize> Worker<N> {
-    /// Takes a triangle, much the most common face, as far as its edges and planes.
-    #[inline(always)]
-    fn set_up_triangle(
-        &mut self,
-        job: &Job<'_, N>,
-        [(a, pa), (b, pb), (c, pc)]: &[(Vertex<N>, FixedPoint); 3],
-        rows: &Range<i32>,
-    ) {
-        self.edges.fill_convex(&[*pa, *pb, *pc], rows);
-        let affine = job.scan.is_affine(3, Outcome::Inside);
-        self.polygon.set_up_triangle(&job.setup, [a, b, c], affine);
-    }
-
-    /// The same for any face.
+    /// Takes any face as far as its edges and planes.
+    #[inline(never)]
     fn set_up(
         &mut self,
         job: &Job<'_, N>,

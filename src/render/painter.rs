@@ -542,7 +542,7 @@ fn project<const N: usize>(
     let projection = Projection::new(viewport, clip_space);
     outline.clear();
     outline.extend(vertices.iter().map(|&ClipVertex { position, .. }| {
-        projection.vertex(&ClipVertex { position, params: [] }, 1.0, |_| true)
+        projection.vertex(position.to_array(), 1.0, |_, inv_w| inv_w)
     }));
 }
 

@@ -22,7 +22,7 @@ use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
 use crate::render::framebuffer::Band;
 use crate::render::shader::{Halves, Shader};
 use crate::render::z_buffer::{DepthSource, DepthTest};
-use crate::scan::{SpanGroup, Spans};
+use crate::scan::{SpanGroup, SpanGroups, Spans};
 use crate::span::Span;
 
 /// What to do with fragments.
@@ -51,12 +51,40 @@ impl Raster {
         band: &mut Band<'_, C>,
         shader: &impl Shader<N, C>,
     ) {
-        let method = spans.polygon.method;
-        // Without SIMD there is nothing to gain by groups.
-        let is_plain = self != Self::USUAL || method == Method::Other || simd.level().is_fallback();
-        let Some(groups) = spans.groups().filter(|_| !is_plain) else {
-            return self.draw_rest(simd, spans, band, shader);
-        };
+        match self.groups(simd, &spans) {
+            Some(groups) => self.draw_groups(simd, groups, band, shader),
+            None => self.draw_rest(simd, spans, band, shader),
+        }
+    }
+
+    /// The spans in groups of rows, if they can be drawn as such.
+    #[inline(always)]
+    pub(crate) fn groups<'a, S: Simd, const N: usize>(
+        self,
+        simd: S,
+        spans: &Spans<'a, N>,
+    ) -> Option<SpanGroups<'a, N>> {
+        let is_usual = self.takes_groups(simd) && spans.polygon.method != Method::Other;
+        if is_usual { spans.groups() } else { None }
+    }
+
+    /// Whether what is drawn with these settings can be drawn in groups of rows. Without SIMD there is
+    /// nothing to gain by that.
+    #[inline(always)]
+    pub(crate) fn takes_groups<S: Simd>(self, simd: S) -> bool {
+        self == Self::USUAL && !simd.level().is_fallback()
+    }
+
+    /// Draws spans in groups of rows, where that can be done.
+    #[inline(always)]
+    pub(crate) fn draw_groups<S: Simd, C: Copy, const N: usize>(
+        self,
+        simd: S,
+        groups: SpanGroups<'_, N>,
+        band: &mut Band<'_, C>,
+        shader: &impl Shader<N, C>,
+    ) {
+        let method = groups.polygon.method;
         groups.for_each(
             #[inline(always)]
             |group| match method {
@@ -68,9 +96,9 @@ impl Raster {
         );
     }
 
-    /// The same for what is less usual.
+    /// Draws what cannot.
     #[inline(never)]
-    fn draw_rest<S: Simd, C: Copy, const N: usize>(
+    pub(crate) fn draw_rest<S: Simd, C: Copy, const N: usize>(
         self,
         simd: S,
         spans: Spans<'_, N>,
