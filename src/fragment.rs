@@ -14,7 +14,8 @@ use fearless_simd::{
 };
 
 use crate::polygon::{Method, ScreenPolygon, WRange};
-use crate::project::ScreenParams;
+use crate::project::Component;
+use crate::scan::SpanPair;
 use crate::span::{Place, Span};
 
 /// The number of pixels in a block.
@@ -146,122 +147,161 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
     }
 }
 
-/// [`LANES`] pixels, some of which belong to a span: what is linear over the screen there, and what
-/// follows from it. They are neighbours in the row of a span, or halves of them in those of two.
+/// Where the pixels of a block come from: a span, or two spans of the same polygon.
+pub(crate) trait Source<'s, const N: usize>: Copy {
+    fn polygon(self) -> &'s ScreenPolygon<N>;
+
+    /// A value at the ends of the spans where they are given, for each lane, and its change per pixel.
+    fn line<S: Simd>(self, simd: S, component: Component) -> (f32x16<S>, f32);
+
+    /// The column of the first lane of a half, relative to the viewport, and its span's place. `x` is
+    /// the column of lane 0, where that is in a span's row.
+    fn half(self, half: usize, x: i32) -> (i32, &'s Place<'s, N>);
+}
+
+impl<'s, const N: usize> Source<'s, N> for &'s Span<'_, N> {
+    #[inline(always)]
+    fn polygon(self) -> &'s ScreenPolygon<N> {
+        self.place.polygon
+    }
+
+    #[inline(always)]
+    fn line<S: Simd>(self, simd: S, component: Component) -> (f32x16<S>, f32) {
+        let at = *self.line.at.get(component);
+        (f32x16::splat(simd, at), *self.line.delta.get(component))
+    }
+
+    #[inline(always)]
+    fn half(self, half: usize, x: i32) -> (i32, &'s Place<'s, N>) {
+        (x.wrapping_add((half * HALF) as i32), &self.place)
+    }
+}
+
+impl<'s, const N: usize> Source<'s, N> for SpanPair<'s, N> {
+    #[inline(always)]
+    fn polygon(self) -> &'s ScreenPolygon<N> {
+        self.group.polygon
+    }
+
+    #[inline(always)]
+    fn line<S: Simd>(self, simd: S, component: Component) -> (f32x16<S>, f32) {
+        let [lower, upper] = self.of(self.group.lines.at.get(component));
+        (halves(simd, lower, upper), *self.group.polygon.delta.get(component))
+    }
+
+    #[inline(always)]
+    fn half(self, half: usize, _: i32) -> (i32, &'s Place<'s, N>) {
+        (self.of(&self.group.start)[half], &self.places[half])
+    }
+}
+
+/// [`LANES`] pixels, some of which belong to a polygon: what is linear over the screen there, and
+/// what follows from it. They are neighbours in the row of a span, or halves of them in those of two.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Block<'s, 'a, S: Simd, const N: usize, const SPANS: usize> {
-    spans: [&'s Span<'a, N>; SPANS],
-    /// The column of the first lane in each span, relative to the viewport.
-    x: [i32; SPANS],
+pub(crate) struct Block<S: Simd, P> {
+    source: P,
+    /// The column of lane 0, in a span.
+    x: i32,
     /// How far the pixels are from the end of the span where its values are given: whole numbers,
     /// exact in f32.
     steps: f32x16<S>,
 }
 
-impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N, 1> {
+/// A block of neighbours in the row of a span.
+pub(crate) type SpanBlock<'s, 'a, S, const N: usize> = Block<S, &'s Span<'a, N>>;
+
+impl<'s, 'a, S: Simd, const N: usize> SpanBlock<'s, 'a, S, N> {
     /// The block whose lane 0 is at column `x` relative to the viewport. It may lie outside the span;
     /// visible lanes do not.
     #[inline(always)]
     pub(crate) fn new(simd: S, span: &'s Span<'a, N>, x: i32) -> Self {
         const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
         let steps = f32x16::simd_from(simd, LANE) + (x - span.line.x) as f32;
-        Self { spans: [span], x: [x], steps }
+        Self { source: span, x, steps }
     }
 
     /// Goes on to the next block.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
-        self.x[0] += LANES as i32;
+        self.x += LANES as i32;
         self.steps += LANES as f32;
     }
 
     /// Which lanes belong to the span, a bit a lane.
     #[inline(always)]
     fn lanes(&self) -> u32 {
-        let ([span], [x]) = (self.spans, self.x);
-        let lane = |column: i32| (column - x).clamp(0, LANES as i32) as u32;
-        (1 << lane(span.x.end)) - (1 << lane(span.x.start))
+        let lane = |column: i32| (column - self.x).clamp(0, LANES as i32) as u32;
+        (1 << lane(self.source.x.end)) - (1 << lane(self.source.x.start))
     }
 }
 
-impl<'s, 'a, S: Simd, const N: usize> Block<'s, 'a, S, N, 2> {
-    /// The block of a half in each of two spans of the same polygon, which begin at the columns `x`.
-    /// The values change alike along both.
+impl<'s, S: Simd, const N: usize> Block<S, SpanPair<'s, N>> {
+    /// The block of the first pixels in each of two spans.
     #[inline(always)]
-    pub(crate) fn pair(simd: S, spans: [&'s Span<'a, N>; 2], x: [i32; 2]) -> Self {
+    pub(crate) fn pair(simd: S, pair: SpanPair<'s, N>) -> Self {
         const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 0., 1., 2., 3., 4., 5., 6., 7.];
-        let [first, second] = [0, 1].map(|i| (x[i] - spans[i].line.x) as f32);
-        Self { spans, x, steps: f32x16::simd_from(simd, LANE) + halves(simd, first, second) }
+        let [lower, upper] = pair.of(&pair.group.steps);
+        let steps = f32x16::simd_from(simd, LANE) + halves(simd, lower, upper);
+        Self { source: pair, x: 0, steps }
     }
 }
 
-impl<'s, 'a, S: Simd, const N: usize, const SPANS: usize> Block<'s, 'a, S, N, SPANS> {
+impl<S: Simd, P> Block<S, P> {
     #[inline(always)]
     pub(crate) fn simd(&self) -> S {
         self.steps.simd
     }
 
+    /// A value that is linear along the spans.
     #[inline(always)]
-    fn polygon(&self) -> &'a ScreenPolygon<N> {
-        self.spans[0].place.polygon
-    }
-
-    /// A value that is linear along the spans, given at the ends of their lines and by its change per
-    /// pixel.
-    #[inline(always)]
-    fn linear(&self, value: impl Fn(&ScreenParams<N, f32>) -> f32) -> f32x16<S> {
-        let [first, last] = [self.spans[0], self.spans[SPANS - 1]].map(|span| &span.line);
-        let change = self.steps * value(&first.delta);
-        if SPANS == 1 {
-            change + value(&first.at)
-        } else {
-            change + halves(self.simd(), value(&first.at), value(&last.at))
-        }
+    fn linear<'s, const N: usize>(&self, component: Component) -> f32x16<S>
+    where
+        P: Source<'s, N>,
+    {
+        let (at, change) = self.source.line(self.simd(), component);
+        self.steps * change + at
     }
 
     /// The depths.
     #[inline(always)]
-    pub(crate) fn depth(&self) -> f32x16<S> {
-        within(self.linear(|line| line.z), self.polygon().z)
+    pub(crate) fn depth<'s, const N: usize>(&self) -> f32x16<S>
+    where
+        P: Source<'s, N>,
+    {
+        within(self.linear(Component::Z), self.source.polygon().z)
     }
 
     /// 1/w as depth: what grows towards the eye.
     #[inline(always)]
-    pub(crate) fn depth_by_inv_w(&self) -> f32x16<S> {
-        let polygon = self.polygon();
+    pub(crate) fn depth_by_inv_w<'s, const N: usize>(&self) -> f32x16<S>
+    where
+        P: Source<'s, N>,
+    {
+        let polygon = self.source.polygon();
         match polygon.w {
             WRange::Constant { inv_w, .. } => f32x16::splat(self.simd(), inv_w),
             WRange::Varying { inv_w, .. } => {
-                within(self.inv_w(), inv_w) * (1.0 / polygon.w_unit) as f32
+                within(self.linear(Component::InvW), inv_w) * (1.0 / polygon.w_unit) as f32
             }
         }
-    }
-
-    /// 1/w in the polygon's unit. Outside the polygon, where a pixel centre may lie by the rounding
-    /// of its outline, it may leave the polygon's range.
-    #[inline(always)]
-    fn inv_w(&self) -> f32x16<S> {
-        self.linear(|line| line.inv_w)
-    }
-
-    /// s_i, or r_i where the parameter is not divided by w.
-    #[inline(always)]
-    fn s(&self, i: usize) -> f32x16<S> {
-        self.linear(|line| line.s[i])
     }
 
     /// The fragments: one reciprocal a pixel, or none if w is constant. `method` is that of the
     /// polygon or [`Method::Other`]; where it is a constant, the compiler leaves out the rest.
     #[inline(always)]
-    pub(crate) fn fragments(
+    pub(crate) fn fragments<'s, const N: usize>(
         &self,
         depth: f32x16<S>,
         visible: u32,
         method: Method,
-    ) -> FragmentBlock<'s, N> {
-        let polygon = self.polygon();
-        let half = |span: usize, x: i32| {
-            (polygon.corner.0.wrapping_add(self.x[span]).wrapping_add(x), &self.spans[span].place)
+    ) -> FragmentBlock<'s, N>
+    where
+        P: Source<'s, N>,
+    {
+        let polygon = self.source.polygon();
+        let half = |half: usize| {
+            let (x, place) = self.source.half(half, self.x);
+            (polygon.corner.0.wrapping_add(x), place)
         };
         let mut fragments = FragmentBlock {
             face: polygon.face,
@@ -269,7 +309,7 @@ impl<'s, 'a, S: Simd, const N: usize, const SPANS: usize> Block<'s, 'a, S, N, SP
             depth: depth.into(),
             w: [polygon.w.range().0; LANES],
             params: [[0.0; LANES]; N],
-            halves: [half(0, 0), half(SPANS - 1, if SPANS == 1 { HALF as i32 } else { 0 })],
+            halves: [half(0), half(1)],
         };
         let w_unit = polygon.w_unit as f32;
         // Plain loops, which are inlined whole.
@@ -277,22 +317,22 @@ impl<'s, 'a, S: Simd, const N: usize, const SPANS: usize> Block<'s, 'a, S, N, SP
         match (method, polygon.w) {
             (Method::Constant, _) => {
                 for (i, param) in params {
-                    *param = self.s(i).into();
+                    *param = self.linear(Component::S(i)).into();
                 }
             }
             (Method::Perspective, w) => {
-                // Not brought into its range: s is not either, so that r keeps to its plane where a
-                // pixel centre lies outside the polygon.
-                let per_unit = reciprocal(self.inv_w());
+                // Where a pixel centre lies outside the polygon, by the rounding of its outline, 1/w may
+                // leave its range. It is not brought back: s is not either, so that r keeps to its plane.
+                let per_unit = reciprocal(self.linear(Component::InvW));
                 fragments.w = within(per_unit * w_unit, w.range()).into();
                 for (i, param) in params {
-                    *param = (self.s(i) * per_unit).into();
+                    *param = (self.linear(Component::S(i)) * per_unit).into();
                 }
             }
             (Method::Other, w) => {
                 let mut per_unit = f32x16::splat(self.simd(), 1.0);
                 if let WRange::Varying { w, inv_w } = w {
-                    let mut per_w = self.inv_w();
+                    let mut per_w = self.linear(Component::InvW);
                     if polygon.limits.is_some() {
                         per_w = within(per_w, inv_w);
                     }
@@ -300,7 +340,7 @@ impl<'s, 'a, S: Simd, const N: usize, const SPANS: usize> Block<'s, 'a, S, N, SP
                     fragments.w = within(per_unit * w_unit, w).into();
                 }
                 for (i, param) in params {
-                    let s = self.s(i);
+                    let s = self.linear(Component::S(i));
                     let r = if polygon.times_w[i] { s * per_unit } else { s };
                     *param = r.into();
                     if let Some(limits) = &polygon.limits {

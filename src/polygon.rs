@@ -113,7 +113,7 @@ pub(crate) struct ScreenPolygon<const N: usize> {
     vertices: Vec<ScreenVertex<N>>,
     gradient: Gradient<N>,
     /// The gradient's change per pixel to the right.
-    delta: ScreenParams<N, f32>,
+    pub(crate) delta: ScreenParams<N, f32>,
     by_edges: ByEdges<N>,
     /// The unit in which w is measured: the power of two at or below the polygon's smallest w. So
     /// 1/w is at most 1 in it, and neither that nor any s overflows f32, however near the eye.
@@ -188,8 +188,8 @@ impl<const N: usize> Default for Flags<N> {
 /// The values along the runs of a group of rows, where they have planes: each [`Line`], number by
 /// number.
 pub(crate) struct Lines<const N: usize> {
-    x: [i32; ROWS],
-    at: ScreenParams<N, [f32; ROWS]>,
+    pub(crate) x: [i32; ROWS],
+    pub(crate) at: ScreenParams<N, [f32; ROWS]>,
 }
 
 impl<const N: usize> Default for ScreenPolygon<N> {

@@ -158,7 +158,24 @@ pub struct ScreenParams<const N: usize, T = f64> {
     pub s: [T; N],
 }
 
+/// One of the [`ScreenParams`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Component {
+    Z,
+    InvW,
+    S(usize),
+}
+
 impl<const N: usize, T: Copy> ScreenParams<N, T> {
+    #[inline(always)]
+    pub(crate) fn get(&self, component: Component) -> &T {
+        match component {
+            Component::Z => &self.z,
+            Component::InvW => &self.inv_w,
+            Component::S(i) => &self.s[i],
+        }
+    }
+
     /// `f` of each component. Plain loops, which are inlined whole; `array::map` need not be.
     #[inline(always)]
     pub(crate) fn map<U: Copy>(&self, f: impl Fn(&T) -> U) -> ScreenParams<N, U> {

@@ -13,7 +13,7 @@ use crate::edge_table::{EdgeTable, FillRule, ROWS, RunGroup, RunGroups, Runs, si
 use crate::outline::{Chain, Outline};
 use crate::polygon::{Lines, ScreenPolygon, Setup};
 use crate::project::{FixedPoint, Rect, Viewport};
-use crate::span::Span;
+use crate::span::{Place, Span};
 use crate::vertex::{Interpolation, Vertex};
 
 /// Which polygons are left out, by the direction in which their vertices run as seen on the screen.
@@ -304,12 +304,33 @@ pub(crate) struct SpanGroups<'a, const N: usize> {
 
 /// The spans of neighbouring rows.
 pub(crate) struct SpanGroup<'a, 'g, const N: usize> {
-    polygon: &'a ScreenPolygon<N>,
+    pub(crate) polygon: &'a ScreenPolygon<N>,
     runs: &'g RunGroup,
-    /// The visible columns of each run; none in rows from [`len`](Self::len) on.
-    start: [i32; ROWS],
-    end: [i32; ROWS],
-    lines: Lines<N>,
+    /// The first visible column of each run.
+    pub(crate) start: [i32; ROWS],
+    /// The number of visible columns; 0 in rows from [`len`](Self::len) on.
+    pub(crate) width: [i32; ROWS],
+    /// The values along the runs.
+    pub(crate) lines: Lines<N>,
+    /// How far the first visible column is from the one where the values are given.
+    pub(crate) steps: [f32; ROWS],
+}
+
+/// The spans of two rows, the first of which has an even number in its group, where all values have
+/// planes.
+#[derive(Clone, Copy)]
+pub(crate) struct SpanPair<'s, const N: usize> {
+    pub(crate) group: &'s SpanGroup<'s, 's, N>,
+    pub(crate) row: usize,
+    pub(crate) places: &'s [Place<'s, N>; 2],
+}
+
+impl<const N: usize> SpanPair<'_, N> {
+    /// What the two rows have.
+    #[inline(always)]
+    pub(crate) fn of<T: Copy>(self, rows: &[T; ROWS]) -> [T; 2] {
+        rows.as_chunks().0[self.row / 2 % (ROWS / 2)]
+    }
 }
 
 impl<'a, const N: usize> SpanGroups<'a, N> {
@@ -328,18 +349,22 @@ impl<'a, const N: usize> SpanGroups<'a, N> {
 impl<'a, 'g, const N: usize> SpanGroup<'a, 'g, N> {
     #[inline(always)]
     fn new(polygon: &'a ScreenPolygon<N>, runs: &'g RunGroup, columns: &Range<i32>) -> Self {
-        let (mut start, mut end) = (runs.start, runs.end);
+        let lines = polygon.lines(runs);
+        let (mut start, mut width, mut steps) = (runs.start, runs.end, [0.0; ROWS]);
         let len = runs.len as i32;
+        // Plain loops without branches, which become SIMD.
         for start in &mut start {
             *start = (*start).max(columns.start);
         }
-        for row in 0..ROWS {
-            let width = end[row].min(columns.end) - start[row];
-            // All ones in the rows that there are: a branch would keep the loop from being vectorised.
+        for (row, width) in width.iter_mut().enumerate() {
+            // All ones in the rows that there are.
             let exists = (row as i32 - len) >> 31;
-            end[row] = start[row] + (width.max(0) & exists);
+            *width = ((*width).min(columns.end) - start[row]).max(0) & exists;
         }
-        Self { polygon, runs, start, end, lines: polygon.lines(runs) }
+        for (row, steps) in steps.iter_mut().enumerate() {
+            *steps = (start[row] - lines.x[row]) as f32;
+        }
+        Self { polygon, runs, start, width, lines, steps }
     }
 
     /// The number of rows.
@@ -354,27 +379,32 @@ impl<'a, 'g, const N: usize> SpanGroup<'a, 'g, N> {
         !self.polygon.needs_edges()
     }
 
+    /// The first row, relative to the viewport.
+    #[inline(always)]
+    pub(crate) fn y(&self) -> i32 {
+        self.runs.y
+    }
+
+    /// Where the span of a row comes from.
+    #[inline(always)]
+    pub(crate) fn place(&self, row: usize) -> Place<'a, N> {
+        Place::new(self.polygon, &self.runs.run(row))
+    }
+
     /// The span of a row, if it has one.
     #[inline(always)]
     pub(crate) fn span(&self, row: usize) -> Option<Span<'a, N>> {
-        let span = if self.has_planes() {
-            self.span_by_planes(row)
-        } else {
-            let row = row % ROWS;
-            let run = self.runs.run(row);
-            let x = self.start[row]..self.end[row];
-            Span::with_line(self.polygon, &run, x, self.polygon.line(&run))
-        };
-        if span.x.is_empty() { None } else { Some(span) }
-    }
-
-    /// The span of a row, which may be empty, where all values have planes.
-    #[inline(always)]
-    pub(crate) fn span_by_planes(&self, row: usize) -> Span<'a, N> {
         // Not more than there can be, so that it need not be checked.
         let row = row % ROWS;
-        let x = self.start[row]..self.end[row];
-        let line = self.polygon.line_of(&self.lines, row);
-        Span::with_line(self.polygon, &self.runs.run(row), x, line)
+        let x = self.start[row]..self.start[row] + self.width[row];
+        if x.is_empty() {
+            return None;
+        }
+        let line = if self.has_planes() {
+            self.polygon.line_of(&self.lines, row)
+        } else {
+            self.polygon.line(&self.runs.run(row))
+        };
+        Some(Span { place: self.place(row), x, line })
     }
 }

@@ -61,19 +61,10 @@ impl<'a, const N: usize> Span<'a, N> {
         columns: &Range<i32>,
     ) -> Option<Self> {
         let x = run.x.start.max(columns.start)..run.x.end.min(columns.end);
-        if x.is_empty() { None } else { Some(Self::with_line(polygon, run, x, polygon.line(run))) }
-    }
-
-    /// The columns `x` of a run, with the values along it.
-    #[inline(always)]
-    pub(crate) fn with_line(
-        polygon: &'a ScreenPolygon<N>,
-        run: &Run,
-        x: Range<i32>,
-        line: Line<N>,
-    ) -> Self {
-        let place = Place { polygon, y: run.y, x: [run.x.start, run.x.end], edges: run.edges };
-        Self { place, x, line }
+        if x.is_empty() {
+            return None;
+        }
+        Some(Self { place: Place::new(polygon, run), x, line: polygon.line(run) })
     }
 
     /// The row on the framebuffer.
@@ -119,7 +110,12 @@ impl<'a, const N: usize> Span<'a, N> {
     }
 }
 
-impl<const N: usize> Place<'_, N> {
+impl<'a, const N: usize> Place<'a, N> {
+    #[inline(always)]
+    pub(crate) fn new(polygon: &'a ScreenPolygon<N>, run: &Run) -> Self {
+        Self { polygon, y: run.y, x: [run.x.start, run.x.end], edges: run.edges }
+    }
+
     /// The row on the framebuffer.
     #[inline(always)]
     pub(crate) fn y(&self) -> i32 {

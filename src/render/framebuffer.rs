@@ -163,6 +163,14 @@ impl<'a, C> Band<'a, C> {
         (y - self.first) as usize * self.width
     }
 
+    /// Where pixel (x, y) of the framebuffer is in the band's slices. If it is outside of the band, that
+    /// is of use in sums only.
+    #[inline(always)]
+    pub(crate) fn index(&self, x: i32, y: i32) -> usize {
+        let row = (y - self.first) as usize;
+        row.wrapping_mul(self.width).wrapping_add((x - self.column) as usize)
+    }
+
     /// How far a column of the framebuffer is from the left of the band.
     #[inline(always)]
     pub(crate) fn column(&self, x: i32) -> usize {

@@ -16,13 +16,13 @@ use fearless_simd::{
 };
 
 use crate::edge_table::ROWS;
-use crate::fragment::{ALL, Block, HALF, LANES};
+use crate::fragment::{ALL, Block, HALF, LANES, Source, SpanBlock};
 use crate::polygon::Method;
 use crate::render::coarse_depth::{CoarseDepth, TILE_WIDTH};
 use crate::render::framebuffer::Band;
 use crate::render::shader::{Halves, Shader};
 use crate::render::z_buffer::{DepthSource, DepthTest};
-use crate::scan::{SpanGroup, SpanGroups, Spans};
+use crate::scan::{SpanGroup, SpanGroups, SpanPair, Spans};
 use crate::span::Span;
 
 /// What to do with fragments.
@@ -156,35 +156,43 @@ impl Raster {
             }
             return;
         }
+        let (x, y) = group.polygon.corner;
+        let first = band.index(x, y + group.y());
+        let (mut begin, mut lanes) = ([0; ROWS], [0; ROWS]);
+        for (row, begin) in begin.iter_mut().enumerate() {
+            *begin = (first + row * band.width()).wrapping_add(group.start[row] as usize);
+        }
+        for (lanes, width) in lanes.iter_mut().zip(&group.width) {
+            *lanes = 1u32.wrapping_shl(*width as u32) - 1;
+        }
         for row in (0..ROWS).step_by(2) {
             if row >= group.len() {
                 return;
             }
-            let spans = [group.span_by_planes(row), group.span_by_planes(row + 1)];
-            let lengths = [spans[0].x.len(), spans[1].x.len()];
-            let longest = lengths[0].max(lengths[1]);
-            if longest > HALF {
+            let places = [group.place(row), group.place(row + 1)];
+            let pair = SpanPair { group, row, places: &places };
+            let [width, next_width] = pair.of(&group.width);
+            if width.max(next_width) > HALF as i32 {
                 for row in [row, row + 1] {
                     self.draw_span_of::<K, _, _, N>(simd, (group, row), band, shader);
                 }
                 continue;
             }
-            if longest == 0 {
+            let [lower, upper] = pair.of(&lanes);
+            if lower | upper == 0 {
                 continue;
             }
-            let (raster, method) = K::of(self, spans[0].place.polygon.method);
-            let lanes = lengths.map(|len| (1 << len) - 1);
-            let mut at = [0, 1].map(|i| band.row(spans[i].y()) + band.column(spans[i].column()));
+            let mut at = pair.of(&begin);
             // A half without pixels lies beside the other.
-            if lanes[0] == 0 {
+            if lower == 0 {
                 at[0] = at[1].wrapping_sub(HALF);
             }
-            if lanes[1] == 0 {
+            if upper == 0 {
                 at[1] = at[0] + HALF;
             }
-            let x = [0, 1].map(|i| spans[i].x.start);
-            let block = Block::pair(simd, [&spans[0], &spans[1]], x);
-            raster.draw_part(&block, method, lanes[0] | lanes[1] << HALF, at, band, shader);
+            let (raster, method) = K::of(self, group.polygon.method);
+            let block = Block::pair(simd, pair);
+            raster.draw_part(&block, method, lower | upper << HALF, at, band, shader);
         }
     }
 
@@ -282,7 +290,7 @@ impl Raster {
     #[inline(always)]
     fn draw_whole_blocks<S: Simd, C: Copy, const N: usize>(
         self,
-        block: &mut Block<'_, '_, S, N, 1>,
+        block: &mut SpanBlock<'_, '_, S, N>,
         method: Method,
         pixels: Range<usize>,
         band: &mut Band<'_, C>,
@@ -313,9 +321,9 @@ impl Raster {
     /// over the sides of the framebuffer: into the next row, whose pixels are put back, or out of the
     /// band.
     #[inline(always)]
-    fn draw_part<S: Simd, C: Copy, const N: usize, const SPANS: usize>(
+    fn draw_part<'s, S: Simd, C: Copy, const N: usize>(
         self,
-        block: &Block<'_, '_, S, N, SPANS>,
+        block: &Block<S, impl Source<'s, N>>,
         method: Method,
         lanes: u32,
         at: [usize; 2],
@@ -344,9 +352,9 @@ impl Raster {
 
     /// The depth test, and if a lane passes, the shader.
     #[inline(always)]
-    fn draw_block<S: Simd, C: Copy, const N: usize, const SPANS: usize>(
+    fn draw_block<'s, S: Simd, C: Copy, const N: usize>(
         self,
-        block: &Block<'_, '_, S, N, SPANS>,
+        block: &Block<S, impl Source<'s, N>>,
         method: Method,
         lanes: u32,
         colors: Halves<'_, C>,
@@ -371,10 +379,7 @@ impl Raster {
 
     /// What is compared and stored.
     #[inline(always)]
-    fn depth<S: Simd, const N: usize, const SPANS: usize>(
-        self,
-        block: &Block<'_, '_, S, N, SPANS>,
-    ) -> f32x16<S> {
+    fn depth<'s, S: Simd, const N: usize>(self, block: &Block<S, impl Source<'s, N>>) -> f32x16<S> {
         match self.source {
             DepthSource::Z => block.depth(),
             DepthSource::InverseW => block.depth_by_inv_w(),

@@ -5,7 +5,7 @@ use std::ops::Add;
 use fearless_simd::{Simd, SimdMask, f32x16, mask32x8};
 use glam::Vec4;
 
-use crate::fragment::{ALL, Block, Fragment, FragmentBlock, HALF, LANES};
+use crate::fragment::{ALL, Block, Fragment, FragmentBlock, HALF, LANES, Source, SpanBlock};
 use crate::polygon::Method;
 
 /// What a shader may return for a pixel of colour `C`: a colour, which replaces the pixel's; an
@@ -82,16 +82,16 @@ pub(crate) trait Shader<const N: usize, C> {
     /// `method` is as in [`Block::fragments`].
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N, 1>,
+        block: &SpanBlock<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
     ) -> u32;
 
     /// The same where some lanes are visible and the others have to keep their colours.
-    fn shade<S: Simd, const SPANS: usize>(
+    fn shade<'s, S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N, SPANS>,
+        block: &Block<S, impl Source<'s, N>>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
@@ -111,7 +111,7 @@ where
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N, 1>,
+        block: &SpanBlock<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
@@ -127,9 +127,9 @@ where
     }
 
     #[inline(always)]
-    fn shade<S: Simd, const SPANS: usize>(
+    fn shade<'s, S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N, SPANS>,
+        block: &Block<S, impl Source<'s, N>>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
@@ -164,7 +164,7 @@ where
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N, 1>,
+        block: &SpanBlock<'_, '_, S, N>,
         method: Method,
         depth: f32x16<S>,
         colors: &mut [C; LANES],
@@ -182,9 +182,9 @@ where
     }
 
     #[inline(always)]
-    fn shade<S: Simd, const SPANS: usize>(
+    fn shade<'s, S: Simd>(
         &self,
-        block: &Block<'_, '_, S, N, SPANS>,
+        block: &Block<S, impl Source<'s, N>>,
         method: Method,
         depth: f32x16<S>,
         visible: u32,
@@ -225,7 +225,7 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     #[inline(always)]
     fn shade_all<S: Simd>(
         &self,
-        _: &Block<'_, '_, S, N, 1>,
+        _: &SpanBlock<'_, '_, S, N>,
         _: Method,
         _: f32x16<S>,
         _: &mut [C; LANES],
@@ -234,9 +234,9 @@ impl<const N: usize, C> Shader<N, C> for DepthOnly {
     }
 
     #[inline(always)]
-    fn shade<S: Simd, const SPANS: usize>(
+    fn shade<'s, S: Simd>(
         &self,
-        _: &Block<'_, '_, S, N, SPANS>,
+        _: &Block<S, impl Source<'s, N>>,
         _: Method,
         _: f32x16<S>,
         visible: u32,
