@@ -27,7 +27,7 @@ use std::ops::Range;
 
 use self::active::ActiveEdges;
 use self::convex::{ActivePair, ConvexOutline, is_convex};
-pub(crate) use self::convex::{ROWS, RunGroup, RunGroups, Triangle};
+pub(crate) use self::convex::{Each, OneTriangle, ROWS, RunGroup, RunGroups, TRIANGLES, Triangle};
 use crate::outline::Chain;
 use crate::project::{FixedPoint, SUBPIXELS};
 

@@ -13,7 +13,7 @@ mod triangles;
 
 use std::ops::Range;
 
-pub(crate) use self::triangles::{PlacedTriangles, TRIANGLES, Triangles};
+pub(crate) use self::triangles::{PlacedTriangles, Triangles};
 use crate::clip::{ClipSpace, ClipVertex};
 use crate::edge_table::{ROWS, Run, RunGroup};
 use crate::gradient::Gradient;
@@ -39,8 +39,10 @@ const LEAST_EXACT: f64 = 1.0 / (1 << 26) as f64;
 pub(crate) struct Setup<const N: usize> {
     projection: Projection,
     interpolation: [Interpolation; N],
-    /// Whether all parameters are interpolated in perspective.
-    perspective: bool,
+    /// Which parameters are interpolated in perspective, and divided where w varies.
+    divided: [bool; N],
+    /// The method where it does.
+    method: Method,
 }
 
 impl<const N: usize> Setup<N> {
@@ -49,15 +51,21 @@ impl<const N: usize> Setup<N> {
         clip_space: ClipSpace,
         interpolation: [Interpolation; N],
     ) -> Self {
-        let perspective = interpolation == [Interpolation::Perspective; N];
-        Self { projection: Projection::new(viewport, clip_space), interpolation, perspective }
+        let divided = interpolation.map(|i| i == Interpolation::Perspective);
+        let method = if divided == [true; N] { Method::Perspective } else { Method::Other };
+        let projection = Projection::new(viewport, clip_space);
+        Self { projection, interpolation, divided, method }
     }
 
     /// A vertex in the clipper's precision, with the first vertex's value where a parameter is flat.
     #[inline(always)]
     pub(crate) fn vertex(&self, vertex: &Vertex<N>, provoking: &Vertex<N>) -> ClipVertex<N> {
         let vertex = ClipVertex::from(vertex);
-        if self.perspective { vertex } else { vertex.flattened(provoking, &self.interpolation) }
+        if self.method == Method::Perspective {
+            vertex
+        } else {
+            vertex.flattened(provoking, &self.interpolation)
+        }
     }
 
     /// A vertex on the screen. `divides` tells whether what is interpolated in perspective is divided
@@ -76,7 +84,7 @@ impl<const N: usize> Setup<N> {
             #[inline(always)]
             |i, inv_w| {
                 let r = params[i];
-                if self.perspective || self.interpolation[i] == Interpolation::Perspective {
+                if self.method == Method::Perspective || self.divided[i] {
                     T::select(divides, r * inv_w, r)
                 } else {
                     r
@@ -241,14 +249,8 @@ impl<const N: usize> ScreenPolygon<N> {
         self.corner = setup.projection.corner();
         self.w_unit = unit;
         self.w = range;
-        for (times_w, i) in self.times_w.iter_mut().zip(&setup.interpolation) {
-            *times_w = divides && *i == Interpolation::Perspective;
-        }
-        self.method = match (divides, setup.perspective) {
-            (true, true) => Method::Perspective,
-            (false, _) => Method::Constant,
-            _ => Method::Other,
-        };
+        (self.times_w, self.method) =
+            if divides { (setup.divided, setup.method) } else { ([false; N], Method::Constant) };
     }
 
     /// Finds the planes of the values, and the values that have none.

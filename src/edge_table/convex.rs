@@ -48,7 +48,7 @@ pub(crate) struct ConvexOutline<'a> {
 pub(crate) enum RunGroups<'a> {
     Outline(ConvexOutline<'a>),
     /// A triangle whose lines are known, and exact.
-    Triangle(&'a Triangle),
+    Triangle(OneTriangle<'a>),
 }
 
 impl RunGroups<'_> {
@@ -61,11 +61,11 @@ impl RunGroups<'_> {
         // Two options, not one enum: the rows of a triangle are to stay in registers.
         let (mut rows, mut pair) = (None, None);
         match self {
-            Self::Triangle(triangle) => rows = Some(TriangleRows::new(triangle)),
+            Self::Triangle(triangle) => rows = Some(TriangleRows::new(*triangle)),
             Self::Outline(outline) => {
                 found = if edges { None } else { Triangle::of(outline) };
                 match &found {
-                    Some(triangle) => rows = Some(TriangleRows::new(triangle)),
+                    Some(lines) => rows = Some(TriangleRows::new(OneTriangle { lines, number: 0 })),
                     None => pair = Some(ActivePair::new(outline)),
                 }
             }
@@ -84,10 +84,16 @@ impl RunGroups<'_> {
     }
 }
 
+/// Triangles that are set up at a time.
+pub(crate) const TRIANGLES: usize = 8;
+
+/// A number of each triangle.
+pub(crate) type Each<T = f64> = [T; TRIANGLES];
+
 /// A triangle as three lines, or eight such triangles. What is between the lines in a row is the row's
 /// run: a row belongs to two edges, and the third's line, drawn out, lies outside of them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Triangle<T = f64> {
+pub(crate) struct Triangle<T> {
     sides: [Line<T>; 3],
     /// The columns and the rows that it extends over, [`ROUND`] added: the first and the one after
     /// the last.
@@ -175,22 +181,41 @@ impl<T> Line<T> {
     }
 }
 
-impl Triangle {
-    /// The triangle of an outline, if it is one and the lines are exact.
+impl Triangle<Each> {
+    /// The triangle of an outline, if it is one and the lines are exact; all are the same.
     #[inline(always)]
     fn of(ConvexOutline { points, rows }: &ConvexOutline<'_>) -> Option<Self> {
         let Some([a, b, c]) = points.as_array() else { return None };
         let points = [a, b, c].map(|point| [point.x, point.y].map(f64::from));
-        let (triangle, is_exact) = Self::new(points, rows);
-        is_exact.then_some(triangle)
+        let (triangle, is_exact) = Triangle::new(points, rows);
+        is_exact.then_some(triangle.map(|value| [*value; TRIANGLES]))
+    }
+}
+
+/// One of several triangles. Its numbers stay where they are: a row needs each of them only once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OneTriangle<'a> {
+    pub(crate) lines: &'a Triangle<Each>,
+    pub(crate) number: usize,
+}
+
+impl OneTriangle<'_> {
+    #[inline(always)]
+    fn one(self, each: &Each) -> f64 {
+        each[self.number % TRIANGLES]
+    }
+
+    #[inline(always)]
+    fn integers(self, [first, end]: &[Each; 2]) -> Range<i32> {
+        integer(self.one(first))..integer(self.one(end))
     }
 
     /// The columns, of those given, and the rows that it extends over, if any.
     #[inline(always)]
-    pub(crate) fn extent(&self, columns: &Range<i32>) -> Option<(Range<i32>, Range<i32>)> {
-        let Self { columns: [left, right], rows: [top, bottom], .. } = self;
-        let columns = integer(*left).max(columns.start)..integer(*right).min(columns.end);
-        let rows = integer(*top)..integer(*bottom);
+    pub(crate) fn extent(self, columns: &Range<i32>) -> Option<(Range<i32>, Range<i32>)> {
+        let Range { start, end } = self.integers(&self.lines.columns);
+        let columns = start.max(columns.start)..end.min(columns.end);
+        let rows = self.integers(&self.lines.rows);
         (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 }
@@ -223,7 +248,7 @@ impl<T: Number> Line<T> {
 
 /// The rows of a triangle, to be visited from top to bottom.
 struct TriangleRows<'a> {
-    triangle: &'a Triangle,
+    triangle: OneTriangle<'a>,
     /// [`Line::at`] of each side in the next row.
     at: [f64; 3],
     y: i32,
@@ -232,17 +257,21 @@ struct TriangleRows<'a> {
 
 impl<'a> TriangleRows<'a> {
     #[inline(always)]
-    fn new(triangle: &'a Triangle) -> Self {
-        let Triangle { sides: [a, b, c], rows: [y, end], .. } = triangle;
-        Self { triangle, at: [a.at, b.at, c.at], y: integer(*y), end: integer(*end) }
+    fn new(triangle: OneTriangle<'a>) -> Self {
+        let Triangle { sides: [a, b, c], rows, .. } = triangle.lines;
+        let at = [triangle.one(&a.at), triangle.one(&b.at), triangle.one(&c.at)];
+        let Range { start, end } = triangle.integers(rows);
+        Self { triangle, at, y: start, end }
     }
 
     /// Finds the next rows, if any; whether they are the last.
     #[inline(always)]
     fn next_group(&mut self, group: &mut RunGroup) -> bool {
-        let [left, right] = self.triangle.columns;
+        let Triangle { sides, columns: [left, right], .. } = self.triangle.lines;
+        let (left, right) = (self.triangle.one(left), self.triangle.one(right));
         let (mut start, mut end) = ([left; ROWS], [right; ROWS]);
-        for (side, at) in self.triangle.sides.iter().zip(&mut self.at) {
+        for (side, at) in sides.iter().zip(&mut self.at) {
+            let side = side.map(|each| self.triangle.one(each));
             for row in 0..ROWS {
                 let column = (*at + row as f64 * side.step) * side.per_unit;
                 start[row] = start[row].greater(column + side.start);

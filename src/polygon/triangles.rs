@@ -8,17 +8,11 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, f64x8};
 
 use super::{ByEdges, Method, ScreenPolygon, Setup, WRange, fits_f32, is_steep};
-use crate::edge_table::Triangle;
+use crate::edge_table::{Each, OneTriangle, TRIANGLES, Triangle};
 use crate::gradient::Gradient;
 use crate::number::Number;
 use crate::project::FixedPoint;
 use crate::vertex::{Interpolation, Vertex};
-
-/// The triangles that lie side by side.
-pub(crate) const TRIANGLES: usize = 8;
-
-/// A number of each triangle.
-type Each<T> = [T; TRIANGLES];
 
 /// The vertices of triangles, and their places on the screen.
 #[derive(Clone, Copy, Debug)]
@@ -36,12 +30,12 @@ struct PlacedVertices<const N: usize> {
 #[derive(Clone, Debug, Default)]
 #[repr(align(64))]
 pub(crate) struct Triangles<const N: usize> {
-    gradient: Gradient<N, Each<f64>>,
-    lines: Triangle<Each<f64>>,
-    w_unit: Each<f64>,
-    w: [Each<f64>; 2],
-    inv_w: [Each<f64>; 2],
-    z: [Each<f64>; 2],
+    gradient: Gradient<N, Each>,
+    lines: Triangle<Each>,
+    w_unit: Each,
+    w: [Each; 2],
+    inv_w: [Each; 2],
+    z: [Each; 2],
     /// A bit for each triangle: whether it is like most. Others need more than is found here.
     usual: u64,
 }
@@ -157,13 +151,13 @@ impl<const N: usize> Triangles<N> {
         number: usize,
         setup: &Setup<N>,
         polygon: &mut ScreenPolygon<N>,
-    ) -> Option<Triangle> {
+    ) -> Option<OneTriangle<'_>> {
         let number = number % TRIANGLES;
         if self.usual >> number & 1 == 0 {
             return None;
         }
-        let one = |each: &Each<f64>| each[number];
-        let range = |[least, greatest]: &[Each<f64>; 2]| (one(least), one(greatest));
+        let one = |each: &Each| each[number];
+        let range = |[least, greatest]: &[Each; 2]| (one(least), one(greatest));
         polygon.set_w(setup, one(&self.w_unit), WRange::new(range(&self.w), range(&self.inv_w)));
         if polygon.method == Method::Other {
             return None;
@@ -174,7 +168,7 @@ impl<const N: usize> Triangles<N> {
         polygon.delta = polygon.gradient.dx.rounded();
         polygon.by_edges = ByEdges::default();
         polygon.limits = None;
-        Some(self.lines.map(one))
+        Some(OneTriangle { lines: &self.lines, number })
     }
 }
 
@@ -190,6 +184,6 @@ fn wide<S: Simd, T: Copy + Into<f64>>(simd: S, each: &Each<T>) -> f64x8<S> {
 }
 
 #[inline(always)]
-fn store<S: Simd>(lanes: &f64x8<S>) -> Each<f64> {
+fn store<S: Simd>(lanes: &f64x8<S>) -> Each {
     (*lanes).into()
 }

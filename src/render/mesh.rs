@@ -22,10 +22,10 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome, Volume};
 use crate::edge_table::{
-    EdgeTable, RunGroups, Triangle, first_centre, signed_area, signed_area_of,
+    EdgeTable, RunGroups, TRIANGLES, first_centre, signed_area, signed_area_of,
 };
 use crate::outline::Chain;
-use crate::polygon::{PlacedTriangles, ScreenPolygon, Setup, TRIANGLES, Triangles};
+use crate::polygon::{PlacedTriangles, ScreenPolygon, Setup, Triangles};
 use crate::project::{FixedPoint, Rect};
 use crate::render::coarse_depth::CoarseDepth;
 use crate::render::framebuffer::{Band, Framebuffer};
@@ -176,11 +176,17 @@ struct ClippedFace {
 /// The memory for drawing one band.
 #[derive(Clone, Debug, Default)]
 struct Worker<const N: usize> {
+    triangles: Triangles<N>,
+    single: Single<N>,
+    coarse: CoarseDepth,
+}
+
+/// The face being drawn; the edges are those of one that is set up alone.
+#[derive(Clone, Debug, Default)]
+struct Single<const N: usize> {
     outline: Vec<FixedPoint>,
     edges: EdgeTable,
-    triangles: Triangles<N>,
     polygon: ScreenPolygon<N>,
-    coarse: CoarseDepth,
 }
 
 /// A mesh being drawn: everything that is only read from here on.
@@ -297,81 +303,83 @@ impl<const N: usize> Job<'_, N> {
         let bin = &chunk.bins[band_number];
         let rows = self.rows_within(band.rows());
         let at_once = self.raster.takes_groups(simd);
-        let (mut triangles, mut quads) = (0.., bin.quads.iter());
+        let Worker { triangles, single, .. } = worker;
+        let (mut numbers, mut quads) = (0.., bin.quads.iter());
         for &Binned { face, kind } in &bin.faces {
-            worker.polygon.face = faces.first.wrapping_add(face);
-            let mut lines = None;
+            single.polygon.face = faces.first.wrapping_add(face);
+            let mut triangle = None;
             match kind {
                 Kind::Triangle => {
-                    let Some(number) = triangles.next() else { return };
+                    let Some(number) = numbers.next() else { return };
                     let Some(placed) = bin.triangles.get(number / TRIANGLES) else { return };
-                    let Worker { triangles, polygon, .. } = worker;
                     if at_once {
                         if number % TRIANGLES == 0 {
                             triangles.set_up(simd, &self.setup, placed, &rows);
                         }
-                        lines = triangles.take(number, &self.setup, polygon);
+                        triangle = triangles.take(number, &self.setup, &mut single.polygon);
                     }
-                    if lines.is_none() {
-                        worker.set_up(self, placed.get(number).into_iter(), &rows);
+                    if triangle.is_none() {
+                        single.set_up(self, placed.get(number).into_iter(), &rows);
                     }
                 }
                 Kind::Quad => {
                     let Some(quad) = quads.next() else { return };
-                    worker.set_up(self, quad.iter().copied(), &rows);
+                    single.set_up(self, quad.iter().copied(), &rows);
                 }
                 Kind::Whole => {
                     let vertex = |&i: &u32| (self.vertices[i as usize], corners[i as usize].point);
-                    worker.set_up(self, faces.get(face as usize).iter().map(vertex), &rows);
+                    single.set_up(self, faces.get(face as usize).iter().map(vertex), &rows);
                 }
                 Kind::Clipped(number) => {
-                    worker.set_up_clipped(self, chunk.clipped(number as usize), &rows);
+                    single.set_up_clipped(self, chunk.clipped(number as usize), &rows);
                 }
             }
-            if self.is_hidden(worker, lines.as_ref(), band, &rows) {
+            let extent = || match triangle {
+                Some(triangle) => triangle.extent(&self.columns),
+                None => single.edges.extent(&self.columns, &rows),
+            };
+            if self.is_hidden(extent, single.polygon.z, band) {
                 continue;
             }
-            let (polygon, columns) = (&worker.polygon, self.columns.clone());
-            let groups = match &lines {
-                Some(lines) => SpanGroups { polygon, runs: RunGroups::Triangle(lines), columns },
+            let (polygon, columns) = (&single.polygon, self.columns.clone());
+            let groups = match triangle {
+                Some(triangle) => {
+                    Some(SpanGroups { polygon, runs: RunGroups::Triangle(triangle), columns })
+                }
                 None => {
-                    let spans = Spans { polygon, runs: worker.edges.runs(), columns };
-                    let Some(groups) = self.raster.groups(simd, &spans) else {
+                    let spans = Spans { polygon, runs: single.edges.runs(), columns };
+                    let groups = self.raster.groups(simd, &spans);
+                    if groups.is_none() {
                         self.raster.draw_rest(simd, spans, band, shader);
-                        continue;
-                    };
+                    }
                     groups
                 }
             };
-            self.raster.draw_groups(simd, groups, band, shader);
+            if let Some(groups) = groups {
+                self.raster.draw_groups(simd, groups, band, shader);
+            }
         }
     }
 
-    /// Whether the coarse depth hides the face that is set up.
+    /// Whether the coarse depth hides a face of a range of depths, by its columns and rows.
     #[inline(always)]
     fn is_hidden<C>(
         &self,
-        worker: &Worker<N>,
-        lines: Option<&Triangle>,
+        extent: impl FnOnce() -> Option<(Range<i32>, Range<i32>)>,
+        z: (f32, f32),
         band: &mut Band<'_, C>,
-        rows: &Range<i32>,
     ) -> bool {
         let first = band.first;
         let Some(coarse) = &mut band.coarse else { return false };
         if coarse.is_idle() {
             return false;
         }
-        let extent = match lines {
-            Some(triangle) => triangle.extent(&self.columns),
-            None => worker.edges.extent(&self.columns, rows),
-        };
-        let Some((columns, rows)) = extent else { return false };
+        let Some((columns, rows)) = extent() else { return false };
         let Rect { x, y, .. } = self.scan.viewport.rect();
         let place = |range: Range<i32>, corner: i32| {
             (range.start + corner) as usize..(range.end + corner) as usize
         };
-        let rows = place(rows, y - first);
-        coarse.hides_polygon(band.depth, place(columns, x), rows, worker.polygon.z)
+        coarse.hides_polygon(band.depth, place(columns, x), place(rows, y - first), z)
     }
 
     /// Projects vertices.
@@ -561,7 +569,7 @@ impl<const N: usize> Chunk<N> {
     }
 }
 
-impl<const N: usize> Worker<N> {
+impl<const N: usize> Single<N> {
     /// Takes any face as far as its edges and planes.
     #[inline(never)]
     fn set_up(
