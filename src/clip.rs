@@ -168,6 +168,12 @@ impl Outcode {
         (outcome, Self(any))
     }
 
+    /// Whether the vertex is inside of all planes.
+    #[inline(always)]
+    pub(crate) fn is_inside(self) -> bool {
+        self == Self(0)
+    }
+
     fn has(self, plane: usize) -> bool {
         self.0 & 1 << (plane + 1).min(31) != 0
     }

@@ -21,8 +21,8 @@ pub(crate) struct PlacedTriangles<const N: usize>([PlacedVertices<N>; 3]);
 /// A vertex of each triangle.
 #[derive(Clone, Copy, Debug)]
 struct PlacedVertices<const N: usize> {
-    point: [Each<i32>; 2],
-    position: [Each<f32>; 4],
+    point: Each<FixedPoint>,
+    position: Each<[f32; 4]>,
     params: [Each<f32>; N],
 }
 
@@ -43,8 +43,8 @@ pub(crate) struct Triangles<const N: usize> {
 impl<const N: usize> Default for PlacedTriangles<N> {
     fn default() -> Self {
         let none = PlacedVertices {
-            point: [[0; TRIANGLES]; 2],
-            position: [[0.0; TRIANGLES]; 4],
+            point: [FixedPoint::default(); TRIANGLES],
+            position: [[0.0; 4]; TRIANGLES],
             params: [[0.0; TRIANGLES]; N],
         };
         Self([none; 3])
@@ -57,12 +57,9 @@ impl<const N: usize> PlacedTriangles<N> {
     pub(crate) fn set(&mut self, number: usize, triangle: [(&Vertex<N>, FixedPoint); 3]) {
         let number = number % TRIANGLES;
         for (vertices, (vertex, point)) in self.0.iter_mut().zip(triangle) {
-            let PlacedVertices { point: [x, y], position, params } = vertices;
-            (x[number], y[number]) = (point.x, point.y);
-            for (each, value) in position.iter_mut().zip(vertex.position.to_array()) {
-                each[number] = value;
-            }
-            for (each, value) in params.iter_mut().zip(vertex.params) {
+            vertices.point[number] = point;
+            vertices.position[number] = vertex.position.to_array();
+            for (each, value) in vertices.params.iter_mut().zip(vertex.params) {
                 each[number] = value;
             }
         }
@@ -72,10 +69,8 @@ impl<const N: usize> PlacedTriangles<N> {
     pub(crate) fn get(&self, number: usize) -> [(Vertex<N>, FixedPoint); 3] {
         let number = number % TRIANGLES;
         self.0.map(|PlacedVertices { point, position, params }| {
-            let [x, y] = point.map(|each| each[number]);
-            let position = position.map(|each| each[number]).into();
             let params = params.map(|each| each[number]);
-            (Vertex { position, params }, FixedPoint { x, y })
+            (Vertex { position: position[number].into(), params }, point[number])
         })
     }
 }
@@ -84,14 +79,16 @@ impl<const N: usize> PlacedVertices<N> {
     /// The points in subpixels.
     #[inline(always)]
     fn points<S: Simd>(&self, simd: S) -> [f64x8<S>; 2] {
-        let [x, y] = &self.point;
-        [wide(simd, x), wide(simd, y)]
+        [wide(simd, &self.point, |point| point.x), wide(simd, &self.point, |point| point.y)]
     }
 
     #[inline(always)]
     fn position<S: Simd>(&self, simd: S) -> [f64x8<S>; 4] {
-        let [x, y, z, w] = &self.position;
-        [wide(simd, x), wide(simd, y), wide(simd, z), wide(simd, w)]
+        let mut position = [f64x8::splat(simd, 0.0); 4];
+        for (axis, each) in position.iter_mut().enumerate() {
+            *each = wide(simd, &self.position, |position| position[axis]);
+        }
+        position
     }
 
     /// The parameters, of the first vertices where they are flat.
@@ -101,7 +98,7 @@ impl<const N: usize> PlacedVertices<N> {
         for (i, param) in params.iter_mut().enumerate() {
             let is_flat = setup.interpolation[i] == Interpolation::Flat;
             let vertices = if is_flat { provoking } else { self };
-            *param = wide(simd, &vertices.params[i]);
+            *param = wide(simd, &vertices.params[i], |param| *param);
         }
         params
     }
@@ -175,10 +172,10 @@ impl<const N: usize> Triangles<N> {
 /// Numbers with the precision of the set-up. A plain loop, which is inlined whole; `array::map` need
 /// not be.
 #[inline(always)]
-fn wide<S: Simd, T: Copy + Into<f64>>(simd: S, each: &Each<T>) -> f64x8<S> {
+fn wide<S: Simd, T, U: Into<f64>>(simd: S, each: &Each<T>, f: impl Fn(&T) -> U) -> f64x8<S> {
     let mut wide = [0.0; TRIANGLES];
     for (wide, value) in wide.iter_mut().zip(each) {
-        *wide = (*value).into();
+        *wide = f(value).into();
     }
     f64x8::simd_from(simd, wide)
 }

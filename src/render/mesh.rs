@@ -22,7 +22,7 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use crate::clip::{ClipPlane, ClipVertex, Clipper, Outcode, Outcome, Volume};
 use crate::edge_table::{
-    EdgeTable, RunGroups, TRIANGLES, first_centre, signed_area, signed_area_of,
+    Each, EdgeTable, RunGroups, TRIANGLES, first_centre, signed_area, signed_area_of,
 };
 use crate::outline::Chain;
 use crate::polygon::{PlacedTriangles, ScreenPolygon, Setup, Triangles};
@@ -59,18 +59,20 @@ const CROWDED: usize = 32;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MeshScratch<const N: usize> {
     planes: Vec<ClipPlane>,
-    corners: Vec<Corner>,
+    corners: Corners,
     faces: Faces,
     chunks: Vec<Chunk<N>>,
     workers: Vec<Worker<N>>,
 }
 
-/// What is known of a vertex whatever its faces are.
-#[derive(Clone, Copy, Debug, Default)]
-struct Corner {
-    point: FixedPoint,
-    /// If the position is not finite, one that is not inside, so that the clipper sees it.
-    outcode: Outcode,
+/// What is known of the vertices whatever their faces are.
+#[derive(Clone, Debug, Default)]
+struct Corners {
+    points: Vec<FixedPoint>,
+    /// If a position is not finite, one that is not inside, so that the clipper sees it.
+    outcodes: Vec<Outcode>,
+    /// Whether all are inside.
+    inside: bool,
 }
 
 /// Lists of indices, end to end.
@@ -106,6 +108,21 @@ impl Faces {
         !self.ends.is_empty()
     }
 
+    /// Eight faces, if all are triangles.
+    #[inline(always)]
+    fn triangles(&self, faces: Range<usize>) -> Option<&[[u32; 3]; TRIANGLES]> {
+        let first = if faces.start == 0 { 0 } else { self.ends[faces.start - 1] };
+        let ends: &Each<u32> = self.ends.get(faces)?.try_into().ok()?;
+        let mut are_triangles = true;
+        for (end, after) in ends.iter().zip(1..) {
+            are_triangles &= *end == first.wrapping_add(3 * after);
+        }
+        if !are_triangles {
+            return None;
+        }
+        self.indices.get(first as usize..)?.as_chunks().0.first_chunk()
+    }
+
     #[inline(always)]
     fn get(&self, face: usize) -> &[u32] {
         let start = if face == 0 { 0 } else { self.ends[face - 1] };
@@ -124,7 +141,6 @@ struct Chunk<const N: usize> {
     chains: Vec<Chain>,
     clipped_faces: Vec<ClippedFace>,
     clipper: Clipper<N>,
-    corners: Vec<Corner>,
     polygon: Vec<Vertex<N>>,
     outline: Vec<FixedPoint>,
 }
@@ -222,11 +238,7 @@ impl<const N: usize> MeshScratch<N> {
         let volume = Volume::new(scan.clip_space, &scan.viewport, planes);
         let job = Job { scan, setup, level, raster, vertices, planes, volume, columns, rows };
 
-        self.corners.resize(vertices.len(), Corner::default());
-        self.corners
-            .par_chunks_mut(VERTICES)
-            .zip(vertices.par_chunks(VERTICES))
-            .for_each(|(corners, vertices)| job.project(corners, vertices));
+        job.project(&mut self.corners);
 
         let mut faces = faces.into_iter();
         self.faces.restart();
@@ -242,7 +254,7 @@ impl<const N: usize> Job<'_, N> {
     fn draw<C: Copy + Send>(
         &self,
         frame: &mut Framebuffer<C>,
-        corners: &[Corner],
+        corners: &Corners,
         faces: &Faces,
         chunks: &mut Vec<Chunk<N>>,
         workers: &mut Vec<Worker<N>>,
@@ -252,7 +264,7 @@ impl<const N: usize> Job<'_, N> {
         let chunks = first(chunks, faces.ends.len().div_ceil(CHUNK));
         chunks.par_iter_mut().enumerate().for_each(|(i, chunk)| {
             let part = i * CHUNK..faces.ends.len().min((i + 1) * CHUNK);
-            self.bin(corners, faces, part, bands, chunk);
+            dispatch!(self.level, _simd => self.bin(corners, faces, part, bands, chunk));
         });
 
         let chunks = &*chunks;
@@ -293,7 +305,7 @@ impl<const N: usize> Job<'_, N> {
     fn draw_bin<S: Simd, C: Copy>(
         &self,
         simd: S,
-        (corners, faces): (&[Corner], &Faces),
+        (corners, faces): (&Corners, &Faces),
         chunk: &Chunk<N>,
         band_number: usize,
         worker: &mut Worker<N>,
@@ -327,7 +339,7 @@ impl<const N: usize> Job<'_, N> {
                     single.set_up(self, quad.iter().copied(), &rows);
                 }
                 Kind::Whole => {
-                    let vertex = |&i: &u32| (self.vertices[i as usize], corners[i as usize].point);
+                    let vertex = |&i: &u32| (self.vertices[i as usize], corners.points[i as usize]);
                     single.set_up(self, faces.get(face as usize).iter().map(vertex), &rows);
                 }
                 Kind::Clipped(number) => {
@@ -382,76 +394,150 @@ impl<const N: usize> Job<'_, N> {
         coarse.hides_polygon(band.depth, place(columns, x), place(rows, y - first), z)
     }
 
-    /// Projects vertices.
-    fn project(&self, corners: &mut [Corner], vertices: &[Vertex<N>]) {
-        for (corner, vertex) in corners.iter_mut().zip(vertices) {
-            let position = vertex.position.as_dvec4();
-            *corner = Corner {
-                point: FixedPoint::project(position, &self.scan.viewport),
-                outcode: self.volume.outcode(position),
-            };
-        }
+    /// Projects the vertices.
+    fn project(&self, corners: &mut Corners) {
+        let Corners { points, outcodes, inside } = corners;
+        points.resize(self.vertices.len(), FixedPoint::default());
+        outcodes.resize(self.vertices.len(), Outcode::default());
+        let places = points.par_chunks_mut(VERTICES).zip(outcodes.par_chunks_mut(VERTICES));
+        *inside = places
+            .zip(self.vertices.par_chunks(VERTICES))
+            .map(|((points, outcodes), vertices)| {
+                let mut inside = true;
+                for ((point, outcode), vertex) in points.iter_mut().zip(outcodes).zip(vertices) {
+                    let position = vertex.position.as_dvec4();
+                    *point = FixedPoint::project(position, &self.scan.viewport);
+                    *outcode = self.volume.outcode(position);
+                    inside &= outcode.is_inside();
+                }
+                inside
+            })
+            .min()
+            .unwrap_or(true);
     }
 
     /// Sorts a chunk of the faces into bins.
+    #[inline(always)]
     fn bin(
         &self,
-        corners: &[Corner],
+        corners: &Corners,
         faces: &Faces,
         part: Range<usize>,
         bands: usize,
         chunk: &mut Chunk<N>,
     ) {
         chunk.clear(bands);
-        for face in part {
-            let indices = faces.get(face);
-            // A face that has an index too far is left out.
-            let corner = |i: u32| corners.get(i as usize);
-            match *indices {
-                [a, b, c] => {
-                    if let (Some(a), Some(b), Some(c)) = (corner(a), corner(b), corner(c)) {
-                        self.bin_face(face, indices, &[*a, *b, *c], chunk);
-                    }
-                }
-                _ => {
-                    let mut known = std::mem::take(&mut chunk.corners);
-                    known.clear();
-                    known.extend(indices.iter().filter_map(|&i| corner(i)));
-                    if known.len() == indices.len() && known.len() >= 3 {
-                        self.bin_face(face, indices, &known, chunk);
-                    }
-                    chunk.corners = known;
-                }
+        for first in part.clone().step_by(TRIANGLES) {
+            let some = first..part.end.min(first + TRIANGLES);
+            if !self.bin_triangles(corners, faces, some.clone(), chunk) {
+                some.for_each(|face| self.bin_any(corners, faces, face, chunk));
             }
         }
     }
 
-    /// Puts a face into the bins of the bands that it touches.
+    /// Sorts eight triangles into bins, if that is what the faces are and all of them are inside; whether
+    /// it has done so. What is found for each is found for all at once.
     #[inline(always)]
-    fn bin_face(&self, face: usize, indices: &[u32], corners: &[Corner], chunk: &mut Chunk<N>) {
-        match Outcode::outcome(corners.iter().map(|corner| corner.outcode)).0 {
+    fn bin_triangles(
+        &self,
+        corners: &Corners,
+        faces: &Faces,
+        some: Range<usize>,
+        chunk: &mut Chunk<N>,
+    ) -> bool {
+        let first = some.start;
+        let Some(triangles) = faces.triangles(some) else { return false };
+        let mut points = [[FixedPoint::default(); TRIANGLES]; 3];
+        for (lane, indices) in triangles.iter().enumerate() {
+            for (k, &i) in indices.iter().enumerate() {
+                let Some(&point) = corners.points.get(i as usize) else { return false };
+                points[k][lane] = point;
+            }
+        }
+        let is_inside = |&i: &u32| corners.outcodes[i as usize].is_inside();
+        if !corners.inside && !triangles.as_flattened().iter().all(is_inside) {
+            return false;
+        }
+        // Plain loops without branches, which become SIMD.
+        let mut left_out = [false; TRIANGLES];
+        if self.scan.cull != Cull::None {
+            for (lane, left_out) in left_out.iter_mut().enumerate() {
+                let [a, b, c] = [points[0][lane], points[1][lane], points[2][lane]];
+                let [bx, by, cx, cy] = [b.x - a.x, b.y - a.y, c.x - a.x, c.y - a.y].map(i64::from);
+                *left_out = self.scan.cull.leaves_out((bx * cy - cx * by).into());
+            }
+        }
+        let columns = centres(&points, |p| p.x, &self.columns);
+        let rows = centres(&points, |p| p.y, &self.rows);
+        let mut left = 0;
+        for (lane, left_out) in left_out.iter().enumerate() {
+            let has_columns = columns[0][lane] < columns[1][lane];
+            let is_seen = !left_out & has_columns & (rows[0][lane] < rows[1][lane]);
+            left |= u32::from(is_seen) << lane;
+        }
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % TRIANGLES;
+            left &= left - 1;
+            let corner = |k: usize| (&self.vertices[triangles[lane][k] as usize], points[k][lane]);
+            let bands = self.bands_of(rows[0][lane]..rows[1][lane]);
+            let columns = columns[0][lane]..columns[1][lane];
+            self.push_triangle(
+                first + lane,
+                [corner(0), corner(1), corner(2)],
+                bands,
+                &columns,
+                chunk,
+            );
+        }
+        true
+    }
+
+    /// Puts a triangle into bins.
+    #[inline(always)]
+    fn push_triangle(
+        &self,
+        face: usize,
+        triangle: [(&Vertex<N>, FixedPoint); 3],
+        bands: Range<usize>,
+        columns: &Range<i32>,
+        chunk: &mut Chunk<N>,
+    ) {
+        let kind = if bands.len() <= FEW { Kind::Triangle } else { Kind::Whole };
+        for bin in &mut chunk.bins[bands] {
+            bin.push(face as u32, kind, columns);
+            if matches!(kind, Kind::Triangle) {
+                bin.push_triangle(triangle);
+            }
+        }
+    }
+
+    /// Sorts any face into bins.
+    #[inline(never)]
+    fn bin_any(&self, corners: &Corners, faces: &Faces, face: usize, chunk: &mut Chunk<N>) {
+        let indices = faces.get(face);
+        // A face that has an index too far is left out.
+        if indices.len() < 3 || indices.iter().any(|&i| i as usize >= corners.points.len()) {
+            return;
+        }
+        match Outcode::outcome(indices.iter().map(|&i| corners.outcodes[i as usize])).0 {
             Outcome::Outside => return,
             Outcome::Inside => {}
             Outcome::Clipped => return self.clip(face as u32, indices, chunk),
         }
-        let point = |corner: &Corner| corner.point;
-        let area = || signed_area(corners, point);
-        let Some((bands, columns)) = self.bands(corners, point, area) else { return };
-        let bins = &mut chunk.bins[bands];
-        let kind = match corners.len() {
-            3 if bins.len() <= FEW => Kind::Triangle,
-            4 if bins.len() <= FEW => Kind::Quad,
-            _ => Kind::Whole,
-        };
-        for bin in bins {
+        let point = |&i: &u32| corners.points[i as usize];
+        let area = || signed_area(indices, point);
+        let Some((bands, columns)) = self.bands(indices, point, area) else { return };
+        let vertex = |k: usize| (&self.vertices[indices[k] as usize], point(&indices[k]));
+        if indices.len() == 3 {
+            let triangle = [vertex(0), vertex(1), vertex(2)];
+            return self.push_triangle(face, triangle, bands, &columns, chunk);
+        }
+        let is_quad = indices.len() == 4 && bands.len() <= FEW;
+        let kind = if is_quad { Kind::Quad } else { Kind::Whole };
+        for bin in &mut chunk.bins[bands] {
             bin.push(face as u32, kind, &columns);
-            let vertex = |k: usize| (&self.vertices[indices[k] as usize], corners[k].point);
-            match kind {
-                Kind::Triangle => bin.push_triangle([vertex(0), vertex(1), vertex(2)]),
-                Kind::Quad => {
-                    bin.quads.push([0, 1, 2, 3].map(vertex).map(|(v, point)| (*v, point)))
-                }
-                _ => {}
+            if is_quad {
+                bin.quads.push([0, 1, 2, 3].map(vertex).map(|(v, point)| (*v, point)));
             }
         }
     }
@@ -512,10 +598,33 @@ impl<const N: usize> Job<'_, N> {
         if columns.is_empty() || rows.is_empty() {
             return None;
         }
+        Some((self.bands_of(rows), columns))
+    }
+
+    /// The bands that rows lie in.
+    #[inline(always)]
+    fn bands_of(&self, rows: Range<i32>) -> Range<usize> {
         let corner = self.scan.viewport.rect().y;
         let band = |row: i32| (row + corner) as usize / BAND as usize;
-        Some((band(rows.start)..band(rows.end - 1) + 1, columns))
+        band(rows.start)..band(rows.end - 1) + 1
     }
+}
+
+/// The first pixels, and those after the last, within a range, whose centres lie between the vertices
+/// of triangles.
+#[inline(always)]
+fn centres(
+    [a, b, c]: &[Each<FixedPoint>; 3],
+    coordinate: impl Fn(&FixedPoint) -> i32,
+    within: &Range<i32>,
+) -> [Each<i32>; 2] {
+    let mut range = [[0; TRIANGLES]; 2];
+    for lane in 0..TRIANGLES {
+        let (a, b, c) = (coordinate(&a[lane]), coordinate(&b[lane]), coordinate(&c[lane]));
+        range[0][lane] = first_centre(a.min(b).min(c)).max(within.start);
+        range[1][lane] = first_centre(a.max(b).max(c)).min(within.end);
+    }
+    range
 }
 
 /// The first elements of a list that grows to have them and keeps what it has.
