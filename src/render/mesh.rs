@@ -403,17 +403,28 @@ impl<const N: usize> Job<'_, N> {
         *inside = places
             .zip(self.vertices.par_chunks(VERTICES))
             .map(|((points, outcodes), vertices)| {
-                let mut inside = true;
-                for ((point, outcode), vertex) in points.iter_mut().zip(outcodes).zip(vertices) {
-                    let position = vertex.position.as_dvec4();
-                    *point = FixedPoint::project(position, &self.scan.viewport);
-                    *outcode = self.volume.outcode(position);
-                    inside &= outcode.is_inside();
-                }
-                inside
+                dispatch!(self.level, _simd => self.project_some(points, outcodes, vertices))
             })
             .min()
             .unwrap_or(true);
+    }
+
+    /// Projects some of the vertices; whether all are inside.
+    #[inline(always)]
+    fn project_some(
+        &self,
+        points: &mut [FixedPoint],
+        outcodes: &mut [Outcode],
+        vertices: &[Vertex<N>],
+    ) -> bool {
+        let mut inside = true;
+        for ((point, outcode), vertex) in points.iter_mut().zip(outcodes).zip(vertices) {
+            let position = vertex.position.as_dvec4();
+            *point = FixedPoint::project(position, &self.scan.viewport);
+            *outcode = self.volume.outcode(position);
+            inside &= outcode.is_inside();
+        }
+        inside
     }
 
     /// Sorts a chunk of the faces into bins.
