@@ -64,15 +64,6 @@ impl<const N: usize> PlacedTriangles<N> {
             }
         }
     }
-
-    /// The vertices of a triangle.
-    pub(crate) fn get(&self, number: usize) -> [(Vertex<N>, FixedPoint); 3] {
-        let number = number % TRIANGLES;
-        self.0.map(|PlacedVertices { point, position, params }| {
-            let params = params.map(|each| each[number]);
-            (Vertex { position: position[number].into(), params }, point[number])
-        })
-    }
 }
 
 impl<const N: usize> PlacedVertices<N> {

@@ -49,9 +49,6 @@ const VERTICES: usize = 4096;
 /// Faces drawn at a time: enough to share among processors, and a bound for the memory.
 const BATCH: usize = 1 << 20;
 
-/// A face in more bands than this does not take its vertices along: they would be copied too often.
-const FEW: usize = 4;
-
 /// With a face for so many pixels or fewer, a band is likely to be drawn all over.
 const CROWDED: usize = 32;
 
@@ -134,7 +131,7 @@ impl Faces {
 #[derive(Clone, Debug, Default)]
 struct Chunk<const N: usize> {
     /// For each band the faces that touch it.
-    bins: Vec<Bin<N>>,
+    bins: Vec<Bin>,
     /// The vertices of the faces that were clipped, end to end.
     clipped: Vec<ClipVertex<N>>,
     /// Their chains, where they fell into parts.
@@ -147,16 +144,12 @@ struct Chunk<const N: usize> {
 
 /// The faces of a chunk that touch a band, in order.
 #[derive(Clone, Debug, Default)]
-struct Bin<const N: usize> {
+struct Bin {
     faces: Vec<Binned>,
     /// The columns that they extend over.
     columns: Range<i32>,
-    /// Its triangles that take their vertices along, and how many they are; what is behind them is
-    /// left over from before.
-    triangles: Vec<PlacedTriangles<N>>,
-    len: usize,
-    /// Its quads that do.
-    quads: Vec<[(Vertex<N>, FixedPoint); 4]>,
+    /// The vertices of its triangles.
+    triangles: Vec<[u32; 3]>,
 }
 
 /// A face in a bin.
@@ -169,10 +162,9 @@ struct Binned {
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// The bin's next triangle or quad.
+    /// The bin's next triangle.
     Triangle,
-    Quad,
-    /// A face whose vertices are those of the mesh.
+    /// Another face that is whole.
     Whole,
     /// The chunk's clipped face of this number.
     Clipped(u32),
@@ -192,6 +184,7 @@ struct ClippedFace {
 /// The memory for drawing one band.
 #[derive(Clone, Debug, Default)]
 struct Worker<const N: usize> {
+    placed: PlacedTriangles<N>,
     triangles: Triangles<N>,
     single: Single<N>,
     coarse: CoarseDepth,
@@ -286,7 +279,7 @@ impl<const N: usize> Job<'_, N> {
 
     /// The columns of a band that its faces extend over, if these are so many that reading all pixels
     /// there pays.
-    fn crowded<'b>(&self, bins: impl Iterator<Item = &'b Bin<N>>, rows: usize) -> Range<usize> {
+    fn crowded<'b>(&self, bins: impl Iterator<Item = &'b Bin>, rows: usize) -> Range<usize> {
         let (mut faces, mut columns) = (0, i32::MAX..i32::MIN);
         for bin in bins {
             faces += bin.faces.len();
@@ -315,31 +308,30 @@ impl<const N: usize> Job<'_, N> {
         let bin = &chunk.bins[band_number];
         let rows = self.rows_within(band.rows());
         let at_once = self.raster.takes_groups(simd);
-        let Worker { triangles, single, .. } = worker;
-        let (mut numbers, mut quads) = (0.., bin.quads.iter());
+        let Worker { placed, triangles, single, .. } = worker;
+        let vertex = |&i: &u32| (&self.vertices[i as usize], corners.points[i as usize]);
+        let mut numbers = 0..;
         for &Binned { face, kind } in &bin.faces {
             single.polygon.face = faces.first.wrapping_add(face);
             let mut triangle = None;
             match kind {
                 Kind::Triangle => {
                     let Some(number) = numbers.next() else { return };
-                    let Some(placed) = bin.triangles.get(number / TRIANGLES) else { return };
                     if at_once {
                         if number % TRIANGLES == 0 {
+                            let some = bin.triangles[number..].iter().take(TRIANGLES);
+                            for (number, [a, b, c]) in some.enumerate() {
+                                placed.set(number, [vertex(a), vertex(b), vertex(c)]);
+                            }
                             triangles.set_up(simd, &self.setup, placed, &rows);
                         }
                         triangle = triangles.take(number, &self.setup, &mut single.polygon);
                     }
                     if triangle.is_none() {
-                        single.set_up(self, placed.get(number).into_iter(), &rows);
+                        single.set_up(self, bin.triangles[number].iter().map(vertex), &rows);
                     }
                 }
-                Kind::Quad => {
-                    let Some(quad) = quads.next() else { return };
-                    single.set_up(self, quad.iter().copied(), &rows);
-                }
                 Kind::Whole => {
-                    let vertex = |&i: &u32| (self.vertices[i as usize], corners.points[i as usize]);
                     single.set_up(self, faces.get(face as usize).iter().map(vertex), &rows);
                 }
                 Kind::Clipped(number) => {
@@ -489,37 +481,13 @@ impl<const N: usize> Job<'_, N> {
         while left != 0 {
             let lane = left.trailing_zeros() as usize % TRIANGLES;
             left &= left - 1;
-            let corner = |k: usize| (&self.vertices[triangles[lane][k] as usize], points[k][lane]);
-            let bands = self.bands_of(rows[0][lane]..rows[1][lane]);
             let columns = columns[0][lane]..columns[1][lane];
-            self.push_triangle(
-                first + lane,
-                [corner(0), corner(1), corner(2)],
-                bands,
-                &columns,
-                chunk,
-            );
-        }
-        true
-    }
-
-    /// Puts a triangle into bins.
-    #[inline(always)]
-    fn push_triangle(
-        &self,
-        face: usize,
-        triangle: [(&Vertex<N>, FixedPoint); 3],
-        bands: Range<usize>,
-        columns: &Range<i32>,
-        chunk: &mut Chunk<N>,
-    ) {
-        let kind = if bands.len() <= FEW { Kind::Triangle } else { Kind::Whole };
-        for bin in &mut chunk.bins[bands] {
-            bin.push(face as u32, kind, columns);
-            if matches!(kind, Kind::Triangle) {
-                bin.push_triangle(triangle);
+            for bin in &mut chunk.bins[self.bands_of(rows[0][lane]..rows[1][lane])] {
+                bin.push((first + lane) as u32, Kind::Triangle, &columns);
+                bin.triangles.push(triangles[lane]);
             }
         }
+        true
     }
 
     /// Sorts any face into bins.
@@ -538,18 +506,11 @@ impl<const N: usize> Job<'_, N> {
         let point = |&i: &u32| corners.points[i as usize];
         let area = || signed_area(indices, point);
         let Some((bands, columns)) = self.bands(indices, point, area) else { return };
-        let vertex = |k: usize| (&self.vertices[indices[k] as usize], point(&indices[k]));
-        if indices.len() == 3 {
-            let triangle = [vertex(0), vertex(1), vertex(2)];
-            return self.push_triangle(face, triangle, bands, &columns, chunk);
-        }
-        let is_quad = indices.len() == 4 && bands.len() <= FEW;
-        let kind = if is_quad { Kind::Quad } else { Kind::Whole };
+        let triangle = indices.as_array();
+        let kind = if triangle.is_some() { Kind::Triangle } else { Kind::Whole };
         for bin in &mut chunk.bins[bands] {
             bin.push(face as u32, kind, &columns);
-            if is_quad {
-                bin.quads.push([0, 1, 2, 3].map(vertex).map(|(v, point)| (*v, point)));
-            }
+            bin.triangles.extend(triangle);
         }
     }
 
@@ -646,23 +607,12 @@ fn first<T: Default>(list: &mut Vec<T>, len: usize) -> &mut [T] {
     &mut list[..len]
 }
 
-impl<const N: usize> Bin<N> {
+impl Bin {
     #[inline(always)]
     fn push(&mut self, face: u32, kind: Kind, columns: &Range<i32>) {
         self.faces.push(Binned { face, kind });
         let Range { start, end } = &mut self.columns;
         (*start, *end) = ((*start).min(columns.start), (*end).max(columns.end));
-    }
-
-    /// Puts the vertices of a triangle behind those of the others.
-    #[inline(always)]
-    fn push_triangle(&mut self, triangle: [(&Vertex<N>, FixedPoint); 3]) {
-        let place = self.len / TRIANGLES;
-        if place == self.triangles.len() {
-            self.triangles.push(PlacedTriangles::default());
-        }
-        self.triangles[place].set(self.len, triangle);
-        self.len += 1;
     }
 }
 
@@ -671,8 +621,7 @@ impl<const N: usize> Chunk<N> {
         for bin in first(&mut self.bins, bands) {
             bin.faces.clear();
             bin.columns = i32::MAX..i32::MIN;
-            bin.len = 0;
-            bin.quads.clear();
+            bin.triangles.clear();
         }
         self.clipped.clear();
         self.chains.clear();
@@ -692,10 +641,10 @@ impl<const N: usize> Chunk<N> {
 impl<const N: usize> Single<N> {
     /// Takes any face as far as its edges and planes.
     #[inline(never)]
-    fn set_up(
+    fn set_up<'v>(
         &mut self,
         job: &Job<'_, N>,
-        face: impl ExactSizeIterator<Item = (Vertex<N>, FixedPoint)> + Clone,
+        face: impl ExactSizeIterator<Item = (&'v Vertex<N>, FixedPoint)> + Clone,
         rows: &Range<i32>,
     ) {
         let affine = job.scan.is_affine(face.len(), Outcome::Inside);
@@ -704,7 +653,7 @@ impl<const N: usize> Single<N> {
         self.outline.extend(face.clone().map(|(_, point)| point));
         self.edges.fill_rule = job.scan.fill_rule;
         self.edges.fill(&self.outline, rows.clone());
-        let vertices = face.map(|(vertex, _)| job.setup.vertex(&vertex, &provoking));
+        let vertices = face.map(|(vertex, _)| job.setup.vertex(vertex, provoking));
         self.polygon.set_up(&job.setup, vertices, affine);
     }
 
