@@ -148,8 +148,6 @@ struct Bin {
     faces: Vec<Binned>,
     /// The columns that they extend over.
     columns: Range<i32>,
-    /// The vertices of its triangles.
-    triangles: Vec<[u32; 3]>,
 }
 
 /// A face in a bin.
@@ -162,8 +160,8 @@ struct Binned {
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// The bin's next triangle.
-    Triangle,
+    /// A triangle of three of the mesh's vertices.
+    Triangle([u32; 3]),
     /// Another face that is whole.
     Whole,
     /// The chunk's clipped face of this number.
@@ -310,25 +308,23 @@ impl<const N: usize> Job<'_, N> {
         let at_once = self.raster.takes_groups(simd);
         let Worker { placed, triangles, single, .. } = worker;
         let vertex = |&i: &u32| (&self.vertices[i as usize], corners.points[i as usize]);
-        let mut numbers = 0..;
-        for &Binned { face, kind } in &bin.faces {
+        let mut ready = 0..0;
+        for (i, &Binned { face, kind }) in bin.faces.iter().enumerate() {
             single.polygon.face = faces.first.wrapping_add(face);
             let mut triangle = None;
             match kind {
-                Kind::Triangle => {
-                    let Some(number) = numbers.next() else { return };
+                Kind::Triangle(indices) => {
                     if at_once {
-                        if number % TRIANGLES == 0 {
-                            let some = bin.triangles[number..].iter().take(TRIANGLES);
-                            for (number, [a, b, c]) in some.enumerate() {
-                                placed.set(number, [vertex(a), vertex(b), vertex(c)]);
-                            }
+                        if ready.is_empty() {
+                            ready = 0..self.place(&bin.faces[i..], corners, placed);
                             triangles.set_up(simd, &self.setup, placed, &rows);
                         }
-                        triangle = triangles.take(number, &self.setup, &mut single.polygon);
+                        triangle = ready.next().and_then(|number| {
+                            triangles.take(number, &self.setup, &mut single.polygon)
+                        });
                     }
                     if triangle.is_none() {
-                        single.set_up(self, bin.triangles[number].iter().map(vertex), &rows);
+                        single.set_up(self, indices.iter().map(vertex), &rows);
                     }
                 }
                 Kind::Whole => {
@@ -363,6 +359,23 @@ impl<const N: usize> Job<'_, N> {
                 self.raster.draw_groups(simd, groups, band, shader);
             }
         }
+    }
+
+    /// Puts the next triangles side by side; how many there are.
+    #[inline(always)]
+    fn place(&self, faces: &[Binned], corners: &Corners, placed: &mut PlacedTriangles<N>) -> usize {
+        let vertex = |i: u32| (&self.vertices[i as usize], corners.points[i as usize]);
+        let mut count = 0;
+        for face in faces {
+            if let Kind::Triangle([a, b, c]) = face.kind {
+                placed.set(count, [vertex(a), vertex(b), vertex(c)]);
+                count += 1;
+                if count == TRIANGLES {
+                    break;
+                }
+            }
+        }
+        count
     }
 
     /// Whether the coarse depth hides a face of a range of depths, by its columns and rows.
@@ -483,8 +496,7 @@ impl<const N: usize> Job<'_, N> {
             left &= left - 1;
             let columns = columns[0][lane]..columns[1][lane];
             for bin in &mut chunk.bins[self.bands_of(rows[0][lane]..rows[1][lane])] {
-                bin.push((first + lane) as u32, Kind::Triangle, &columns);
-                bin.triangles.push(triangles[lane]);
+                bin.push((first + lane) as u32, Kind::Triangle(triangles[lane]), &columns);
             }
         }
         true
@@ -506,12 +518,8 @@ impl<const N: usize> Job<'_, N> {
         let point = |&i: &u32| corners.points[i as usize];
         let area = || signed_area(indices, point);
         let Some((bands, columns)) = self.bands(indices, point, area) else { return };
-        let triangle = indices.as_array();
-        let kind = if triangle.is_some() { Kind::Triangle } else { Kind::Whole };
-        for bin in &mut chunk.bins[bands] {
-            bin.push(face as u32, kind, &columns);
-            bin.triangles.extend(triangle);
-        }
+        let kind = indices.as_array().map_or(Kind::Whole, |&triangle| Kind::Triangle(triangle));
+        chunk.bins[bands].iter_mut().for_each(|bin| bin.push(face as u32, kind, &columns));
     }
 
     /// Clips a face and notes what is left.
@@ -621,7 +629,6 @@ impl<const N: usize> Chunk<N> {
         for bin in first(&mut self.bins, bands) {
             bin.faces.clear();
             bin.columns = i32::MAX..i32::MIN;
-            bin.triangles.clear();
         }
         self.clipped.clear();
         self.chains.clear();
