@@ -249,8 +249,7 @@ impl<T: Number> Line<T> {
 /// The rows of a triangle, to be visited from top to bottom.
 struct TriangleRows<'a> {
     triangle: OneTriangle<'a>,
-    /// [`Line::at`] of each side in the next row.
-    at: [f64; 3],
+    first: i32,
     y: i32,
     end: i32,
 }
@@ -258,10 +257,8 @@ struct TriangleRows<'a> {
 impl<'a> TriangleRows<'a> {
     #[inline(always)]
     fn new(triangle: OneTriangle<'a>) -> Self {
-        let Triangle { sides: [a, b, c], rows, .. } = triangle.lines;
-        let at = [triangle.one(&a.at), triangle.one(&b.at), triangle.one(&c.at)];
-        let Range { start, end } = triangle.integers(rows);
-        Self { triangle, at, y: start, end }
+        let Range { start, end } = triangle.integers(&triangle.lines.rows);
+        Self { triangle, first: start, y: start, end }
     }
 
     /// Finds the next rows, if any; whether they are the last.
@@ -270,14 +267,15 @@ impl<'a> TriangleRows<'a> {
         let Triangle { sides, columns: [left, right], .. } = self.triangle.lines;
         let (left, right) = (self.triangle.one(left), self.triangle.one(right));
         let (mut start, mut end) = ([left; ROWS], [right; ROWS]);
-        for (side, at) in sides.iter().zip(&mut self.at) {
+        let done = f64::from(self.y - self.first);
+        for side in sides {
             let side = side.map(|each| self.triangle.one(each));
             for row in 0..ROWS {
-                let column = (*at + row as f64 * side.step) * side.per_unit;
+                let p = side.at + (done + row as f64) * side.step;
+                let column = p * side.per_unit;
                 start[row] = start[row].greater(column + side.start);
                 end[row] = end[row].lesser(column + side.end);
             }
-            *at += ROWS as f64 * side.step;
         }
         let column = |value: f64| integer(value.greater(left).lesser(right));
         (group.start, group.end) = (start.map(column), end.map(column));
