@@ -77,53 +77,75 @@ struct Corners {
 struct Faces {
     /// The number of the first in the mesh.
     first: u32,
+    len: usize,
     indices: Vec<u32>,
+    /// Where each ends; empty if all are triangles.
     ends: Vec<u32>,
 }
 
 impl Faces {
     /// Begins with the first face of a mesh.
     fn restart(&mut self) {
-        self.first = 0;
-        self.ends.clear();
+        (self.first, self.len) = (0, 0);
     }
 
     /// Takes the next faces, as many as are drawn at a time; whether there were any.
     fn collect<F: AsRef<[u32]>>(&mut self, faces: &mut impl Iterator<Item = F>) -> bool {
-        self.first = self.first.wrapping_add(self.ends.len() as u32);
+        self.first = self.first.wrapping_add(self.len as u32);
         self.indices.clear();
         self.ends.clear();
-        while self.ends.len() < BATCH && self.indices.len() < 4 * BATCH {
+        let mut len = 0;
+        while len < BATCH && self.indices.len() < 4 * BATCH {
             let Some(face) = faces.next() else { break };
-            // A face of 2^32 corners and more is none that could be drawn.
-            let end = self.indices.len().saturating_add(face.as_ref().len());
-            if u32::try_from(end).is_ok() {
-                self.indices.extend_from_slice(face.as_ref());
+            match face.as_ref().as_array::<3>() {
+                Some(triangle) if self.ends.is_empty() => self.indices.extend(triangle),
+                _ => self.push(len, face.as_ref()),
             }
-            self.ends.push(self.indices.len() as u32);
+            len += 1;
         }
-        !self.ends.is_empty()
+        self.len = len;
+        len > 0
+    }
+
+    /// Takes a face where not all are triangles, after `len` others.
+    fn push(&mut self, len: usize, face: &[u32]) {
+        if self.ends.is_empty() {
+            self.ends.extend((1..=len).map(|len| 3 * len as u32));
+        }
+        // A face of 2^32 corners and more is none that could be drawn.
+        if u32::try_from(self.indices.len().saturating_add(face.len())).is_ok() {
+            self.indices.extend_from_slice(face);
+        }
+        self.ends.push(self.indices.len() as u32);
     }
 
     /// Eight faces, if all are triangles.
     #[inline(always)]
     fn triangles(&self, faces: Range<usize>) -> Option<&[[u32; 3]; TRIANGLES]> {
-        let first = if faces.start == 0 { 0 } else { self.ends[faces.start - 1] };
-        let ends: &Each<u32> = self.ends.get(faces)?.try_into().ok()?;
-        let mut are_triangles = true;
-        for (end, after) in ends.iter().zip(1..) {
-            are_triangles &= *end == first.wrapping_add(3 * after);
-        }
-        if !are_triangles {
+        if faces.len() != TRIANGLES {
             return None;
         }
-        self.indices.get(first as usize..)?.as_chunks().0.first_chunk()
+        let mut first = 3 * faces.start;
+        if !self.ends.is_empty() {
+            first = self.start(faces.start);
+            let are_triangles = |(end, len): (&u32, usize)| *end as usize == first + 3 * len;
+            if !self.ends[faces].iter().zip(1..).all(are_triangles) {
+                return None;
+            }
+        }
+        self.indices.get(first..)?.as_chunks().0.first_chunk()
     }
 
-    #[inline(always)]
     fn get(&self, face: usize) -> &[u32] {
-        let start = if face == 0 { 0 } else { self.ends[face - 1] };
-        &self.indices[start as usize..self.ends[face] as usize]
+        if self.ends.is_empty() {
+            return &self.indices[3 * face..3 * face + 3];
+        }
+        &self.indices[self.start(face)..self.ends[face] as usize]
+    }
+
+    /// Where a face begins, where not all are triangles.
+    fn start(&self, face: usize) -> usize {
+        face.checked_sub(1).map_or(0, |before| self.ends[before] as usize)
     }
 }
 
@@ -252,9 +274,9 @@ impl<const N: usize> Job<'_, N> {
         shader: &(impl Shader<N, C> + Sync),
     ) {
         let bands = frame.height().div_ceil(BAND) as usize;
-        let chunks = first(chunks, faces.ends.len().div_ceil(CHUNK));
+        let chunks = first(chunks, faces.len.div_ceil(CHUNK));
         chunks.par_iter_mut().enumerate().for_each(|(i, chunk)| {
-            let part = i * CHUNK..faces.ends.len().min((i + 1) * CHUNK);
+            let part = i * CHUNK..faces.len.min((i + 1) * CHUNK);
             dispatch!(self.level, _simd => self.bin(corners, faces, part, bands, chunk));
         });
 

@@ -192,9 +192,10 @@ where
     ) -> u32 {
         let mut fragments = block.fragments(depth, visible, method);
         let [lower, upper] = colors;
-        let mut shaded = Aligned([lower[0]; LANES]);
-        shaded.0[..HALF].copy_from_slice(lower);
-        shaded.0[HALF..].copy_from_slice(upper);
+        let mut shaded = Aligned(std::array::from_fn(
+            #[inline(always)]
+            |lane| if lane < HALF { lower[lane] } else { upper[lane - HALF] },
+        ));
         (self.0)(&mut fragments, &mut shaded.0);
         // What the shader made is stored here as a whole: only then does the compiler see that its
         // loop over the lanes can be SIMD, whatever becomes of each lane.
