@@ -26,18 +26,25 @@ struct PlacedVertices<const N: usize> {
     params: [Each<f32>; N],
 }
 
-/// Triangles that are set up: what [`ScreenPolygon`] has of each, and its lines.
+/// Triangles that are set up, and their lines.
 #[derive(Clone, Debug, Default)]
 #[repr(align(64))]
 pub(crate) struct Triangles<const N: usize> {
-    gradient: Gradient<N, Each>,
+    values: Values<N, Each>,
     lines: Triangle<Each>,
-    w_unit: Each,
-    w: [Each; 2],
-    inv_w: [Each; 2],
-    z: [Each; 2],
     /// A bit for each triangle: whether it is like most. Others need more than is found here.
     usual: u64,
+}
+
+/// What a [`ScreenPolygon`] has of a triangle, or of each of several.
+#[derive(Clone, Debug, Default)]
+struct Values<const N: usize, T: Copy> {
+    gradient: Gradient<N, T>,
+    w_unit: T,
+    /// The least and the greatest.
+    w: [T; 2],
+    inv_w: [T; 2],
+    z: [T; 2],
 }
 
 impl<const N: usize> Default for PlacedTriangles<N> {
@@ -63,6 +70,17 @@ impl<const N: usize> PlacedTriangles<N> {
                 each[number] = value;
             }
         }
+    }
+}
+
+impl<const N: usize> PlacedTriangles<N> {
+    /// The vertices of a triangle.
+    pub(crate) fn get(&self, number: usize) -> [Vertex<N>; 3] {
+        let number = number % TRIANGLES;
+        self.0.map(|PlacedVertices { position, params, .. }| Vertex {
+            position: position[number].into(),
+            params: params.map(|each| each[number]),
+        })
     }
 }
 
@@ -107,28 +125,12 @@ impl<const N: usize> Triangles<N> {
     ) {
         let points = [a.points(simd), b.points(simd), c.points(simd)];
         let (lines, is_exact) = Triangle::new(points, rows);
-
+        let positions = [a.position(simd), b.position(simd), c.position(simd)];
         let params = [a.params(simd, setup, a), b.params(simd, setup, a), c.params(simd, setup, a)];
-        let [a, b, c] = [a.position(simd), b.position(simd), c.position(simd)];
-        let w = Number::range([a[3], b[3], c[3]]);
-        let w_unit = w[0].power_of_two_below();
-        let divides = w[0].is_less(w[1]);
-        let a = setup.project(a, &params[0], w_unit, divides);
-        let b = setup.project(b, &params[1], w_unit, divides);
-        let c = setup.project(c, &params[2], w_unit, divides);
-        let inv_w = Number::range([a.values.inv_w, b.values.inv_w, c.values.inv_w]);
-        let z = Number::range([a.values.z, b.values.z, c.values.z]);
-        let (gradient, has_planes) = Gradient::fit([&a, &b, &c]);
-        let is_steep = divides & is_steep(&gradient, inv_w[0]);
-        let usual = is_exact & has_planes & !is_steep & fits_f32(&gradient, &[a, b, c]);
-
-        self.gradient = gradient.map(store);
+        let (values, is_usual) = Values::new(setup, positions, &params);
         self.lines = lines.map(store);
-        self.w_unit = store(&w_unit);
-        self.w = [store(&w[0]), store(&w[1])];
-        self.inv_w = [store(&inv_w[0]), store(&inv_w[1])];
-        self.z = [store(&z[0]), store(&z[1])];
-        self.usual = usual.to_bitmask();
+        self.values = values.map(store);
+        self.usual = (is_usual & is_exact).to_bitmask();
     }
 
     /// Takes one of the triangles out: its values, and its lines; `None` if it is not a usual one and
@@ -144,19 +146,72 @@ impl<const N: usize> Triangles<N> {
         if self.usual >> number & 1 == 0 {
             return None;
         }
-        let one = |each: &Each| each[number];
-        let range = |[least, greatest]: &[Each; 2]| (one(least), one(greatest));
-        polygon.set_w(setup, one(&self.w_unit), WRange::new(range(&self.w), range(&self.inv_w)));
-        if polygon.method == Method::Other {
-            return None;
-        }
-        let (near, far) = range(&self.z);
-        polygon.z = (near as f32, far as f32);
-        polygon.gradient = self.gradient.map(one);
-        polygon.delta = polygon.gradient.dx.rounded();
-        polygon.by_edges = ByEdges::default();
-        polygon.limits = None;
+        polygon.set(setup, self.values.map(|each| each[number]));
         Some(OneTriangle { lines: &self.lines, number })
+    }
+}
+
+impl<const N: usize> ScreenPolygon<N> {
+    /// Sets up a triangle that was not clipped, if it is a usual one: whether it is.
+    #[inline(always)]
+    pub(crate) fn set_up_triangle(&mut self, setup: &Setup<N>, [a, b, c]: [&Vertex<N>; 3]) -> bool {
+        let [a, b, c] = [setup.vertex(a, a), setup.vertex(b, a), setup.vertex(c, a)];
+        let positions = [a.position.to_array(), b.position.to_array(), c.position.to_array()];
+        let (values, is_usual) = Values::new(setup, positions, &[a.params, b.params, c.params]);
+        if is_usual {
+            self.set(setup, values);
+        }
+        is_usual
+    }
+
+    #[inline(always)]
+    fn set(&mut self, setup: &Setup<N>, values: Values<N, f64>) {
+        let Values { gradient, w_unit, w, inv_w, z: [near, far] } = values;
+        self.set_w(setup, w_unit, WRange::new(w.into(), inv_w.into()));
+        self.z = (near as f32, far as f32);
+        self.gradient = gradient;
+        self.delta = gradient.dx.rounded();
+        self.by_edges = ByEdges::default();
+        self.limits = None;
+    }
+}
+
+impl<const N: usize, T: Copy> Values<N, T> {
+    /// The values of a triangle of vertices that were not clipped, and whether it is a usual one: with
+    /// planes that can be trusted everywhere, and with a method of its own.
+    #[inline(always)]
+    fn new(setup: &Setup<N>, [a, b, c]: [[T; 4]; 3], params: &[[T; N]; 3]) -> (Self, T::Mask)
+    where
+        T: Number,
+    {
+        let w = T::range([a[3], b[3], c[3]]);
+        let w_unit = w[0].power_of_two_below();
+        let divides = w[0].is_less(w[1]);
+        let a = setup.project(a, &params[0], w_unit, divides);
+        let b = setup.project(b, &params[1], w_unit, divides);
+        let c = setup.project(c, &params[2], w_unit, divides);
+        let inv_w = T::range([a.values.inv_w, b.values.inv_w, c.values.inv_w]);
+        let z = T::range([a.values.z, b.values.z, c.values.z]);
+        let (gradient, has_planes) = Gradient::fit([&a, &b, &c]);
+        let is_steep = is_steep(&gradient, inv_w[0]);
+        let mut is_usual = has_planes & !(divides & is_steep) & fits_f32(&gradient, &[a, b, c]);
+        if setup.method == Method::Other {
+            is_usual = is_usual & !divides;
+        }
+        (Self { gradient, w_unit, w, inv_w, z }, is_usual)
+    }
+
+    /// `f` of each number.
+    #[inline(always)]
+    fn map<U: Copy>(&self, f: impl Fn(&T) -> U + Copy) -> Values<N, U> {
+        let Self { gradient, w_unit, w, inv_w, z } = self;
+        Values {
+            gradient: gradient.map(f),
+            w_unit: f(w_unit),
+            w: [f(&w[0]), f(&w[1])],
+            inv_w: [f(&inv_w[0]), f(&inv_w[1])],
+            z: [f(&z[0]), f(&z[1])],
+        }
     }
 }
 

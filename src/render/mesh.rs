@@ -327,7 +327,9 @@ impl<const N: usize> Job<'_, N> {
     ) {
         let bin = &chunk.bins[band_number];
         let rows = self.rows_within(band.rows());
-        let at_once = self.raster.takes_groups(simd);
+        // Without SIMD it would only be more code.
+        let at_once = !simd.level().is_fallback();
+        let in_groups = self.raster.takes_groups(simd);
         let Worker { placed, triangles, single, .. } = worker;
         let vertex = |&i: &u32| (&self.vertices[i as usize], corners.points[i as usize]);
         let mut ready = 0..0;
@@ -336,17 +338,25 @@ impl<const N: usize> Job<'_, N> {
             let mut triangle = None;
             match kind {
                 Kind::Triangle(indices) => {
-                    if at_once {
-                        if ready.is_empty() {
-                            ready = 0..self.place(&bin.faces[i..], corners, placed);
+                    if ready.is_empty() {
+                        ready = 0..self.place(&bin.faces[i..], corners, placed);
+                        if at_once {
                             triangles.set_up(simd, &self.setup, placed, &rows);
                         }
-                        triangle = ready.next().and_then(|number| {
-                            triangles.take(number, &self.setup, &mut single.polygon)
-                        });
                     }
-                    if triangle.is_none() {
+                    let Some(number) = ready.next() else { return };
+                    let is_usual = if at_once {
+                        triangle = triangles.take(number, &self.setup, &mut single.polygon);
+                        triangle.is_some()
+                    } else {
+                        single.polygon.set_up_triangle(&self.setup, placed.get(number).each_ref())
+                    };
+                    if !is_usual {
                         single.set_up(self, indices.iter().map(vertex), &rows);
+                    } else if !in_groups {
+                        let points = indices.map(|i| corners.points[i as usize]);
+                        single.edges.fill_convex(&points, &rows);
+                        triangle = None;
                     }
                 }
                 Kind::Whole => {
