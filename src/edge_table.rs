@@ -22,12 +22,14 @@
 
 mod active;
 mod convex;
+mod triangle;
 
 use std::ops::Range;
 
 use self::active::ActiveEdges;
 use self::convex::{ActivePair, ConvexOutline, is_convex};
-pub(crate) use self::convex::{Each, OneTriangle, ROWS, RunGroup, RunGroups, TRIANGLES, Triangle};
+pub(crate) use self::convex::{ROWS, RunGroup, RunGroups};
+pub(crate) use self::triangle::{OneTriangle, Triangle};
 use crate::outline::Chain;
 use crate::project::{FixedPoint, SUBPIXELS};
 

@@ -5,6 +5,13 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x8, mask64x8};
 
+/// Triangles that are set up at once.
+pub(crate) const TRIANGLES: usize = 8;
+
+/// A number of each of them.
+pub(crate) type Each<T = f64> = [T; TRIANGLES];
+
+/// A number of one polygon, or of each of several.
 pub(crate) trait Number:
     Copy
     + Add<Output = Self>

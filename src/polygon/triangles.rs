@@ -8,9 +8,9 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, f64x8};
 
 use super::{ByEdges, Method, ScreenPolygon, Setup, WRange, fits_f32, is_steep};
-use crate::edge_table::{Each, OneTriangle, TRIANGLES, Triangle};
+use crate::edge_table::{OneTriangle, Triangle};
 use crate::gradient::Gradient;
-use crate::number::Number;
+use crate::number::{Each, Number, TRIANGLES};
 use crate::project::FixedPoint;
 use crate::vertex::{Interpolation, Vertex};
 
@@ -229,4 +229,118 @@ fn wide<S: Simd, T, U: Into<f64>>(simd: S, each: &Each<T>, f: impl Fn(&T) -> U) 
 #[inline(always)]
 fn store<S: Simd>(lanes: &f64x8<S>) -> Each {
     (*lanes).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use glam::vec4;
+
+    use super::{PlacedTriangles, TRIANGLES, Triangle, Triangles};
+    use crate::clip::ClipSpace;
+    use crate::polygon::{Method, ScreenPolygon, Setup};
+    use crate::project::{FixedPoint, Viewport};
+    use crate::vertex::{Interpolation, Vertex};
+
+    /// Marsaglia's xorshift.
+    struct Rng(u64);
+
+    impl Rng {
+        fn below(&mut self, end: u64) -> u64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            (self.0 >> 16) % end
+        }
+
+        fn within(&mut self, range: f32) -> f32 {
+            (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * range
+        }
+
+        fn triangle(&mut self) -> [Vertex<3>; 3] {
+            let size = [1e-4, 1e-2, 1.0, 100.0][self.below(4) as usize];
+            let [x, y] = [0; 2].map(|_| self.within(1.0));
+            let (w, ratio) =
+                (1.0 + self.within(0.9), [0.0, 0.1, 1e3, 1e12][self.below(4) as usize]);
+            let mut triangle = [0; 3].map(|_| {
+                let w = w * (1.0 + ratio * (1.0 + self.within(1.0)));
+                let [x, y, z] = [x + self.within(size), y + self.within(size), self.within(1.0)];
+                let largest = [1.0, 1e4, f32::MAX][self.below(16).saturating_sub(13) as usize];
+                let params = [0; 3].map(|_| self.within(largest));
+                Vertex::new(vec4(x * w, y * w, z.abs() * w, w), params)
+            });
+            match self.below(8) {
+                // On a line, or nearly so; a point.
+                0 => triangle[2].position = (triangle[0].position + triangle[1].position) * 0.5,
+                1 => triangle[2].position = triangle[1].position,
+                2 => triangle[1].params[0] = f32::NAN,
+                _ => {}
+            }
+            triangle
+        }
+    }
+
+    /// Whether a triangle is one that needs no more than its planes, and lines that are exact.
+    fn is_usual(polygon: &ScreenPolygon<3>, points: &[FixedPoint; 3]) -> bool {
+        let extent = |axis: fn(&FixedPoint) -> i32| {
+            let values = points.each_ref().map(axis);
+            values.iter().max().zip(values.iter().min()).map_or(0, |(max, min)| max - min)
+        };
+        let is_exact = extent(|p| p.x).max(extent(|p| p.y)) <= 1 << 22;
+        is_exact && !polygon.needs_edges() && polygon.method != Method::Other
+    }
+
+    /// Everything that is set up, to the bit.
+    fn bits(polygon: &ScreenPolygon<3>) -> String {
+        let ScreenPolygon {
+            corner, gradient, delta, w_unit, w, times_w, method, z, limits, ..
+        } = polygon;
+        format!(
+            "{corner:?} {gradient:?} {delta:?} {w_unit:?} {w:?} {times_w:?} {method:?} {z:?} {limits:?}"
+        )
+    }
+
+    #[test]
+    fn eight_at_once_one_alone_and_any_polygon_are_set_up_alike() {
+        use Interpolation::{Flat, Linear, Perspective};
+        let viewport = Viewport::new(700, 300).expect("it is not too large");
+        let mut rng = Rng(0x9e37_79b9_7f4a_7c15);
+        let (mut usual, mut unusual) = (0, 0);
+        for round in 0..4000 {
+            let interpolation = [[Perspective; 3], [Flat, Linear, Perspective]][round % 2];
+            let setup = Setup::new(&viewport, ClipSpace::default(), interpolation);
+            let mut placed = PlacedTriangles::default();
+            let some = [0; TRIANGLES].map(|_| rng.triangle());
+            let project = |v: &Vertex<3>| FixedPoint::project(v.position.as_dvec4(), &viewport);
+            for (number, [a, b, c]) in some.iter().enumerate() {
+                placed.set(number, [(a, project(a)), (b, project(b)), (c, project(c))]);
+            }
+            for level in [Level::baseline(), Level::new()] {
+                let mut triangles = Triangles::default();
+                dispatch!(level, simd => triangles.set_up(simd, &setup, &placed, &(0..300)));
+                for (number, triangle) in some.iter().enumerate() {
+                    let vertices = triangle.iter().map(|v| setup.vertex(v, &triangle[0]));
+                    let [mut any, mut alone, mut together] =
+                        [0; 3].map(|_| ScreenPolygon::default());
+                    any.set_up(&setup, vertices, true);
+                    let points = triangle.each_ref().map(project);
+                    let is_taken = triangles.take(number, &setup, &mut together).is_some();
+                    assert_eq!(is_taken, is_usual(&any, &points), "{triangle:?}");
+                    if is_taken {
+                        assert!(alone.set_up_triangle(&setup, triangle.each_ref()));
+                        assert_eq!(bits(&alone), bits(&any), "{triangle:?}");
+                        assert_eq!(bits(&together), bits(&any), "{triangle:?}");
+                        let points = points.map(|p| [p.x, p.y].map(f64::from));
+                        let (lines, _) = Triangle::new(points, &(0..300));
+                        let taken = triangles.lines.map(|each| each[number]);
+                        assert_eq!(format!("{taken:?}"), format!("{lines:?}"), "{triangle:?}");
+                        usual += 1;
+                    } else {
+                        unusual += 1;
+                    }
+                }
+            }
+        }
+        assert!(usual > 10_000 && unusual > 10_000, "{usual} {unusual}");
+    }
 }
