@@ -191,9 +191,9 @@ impl<const N: usize, T: Copy> ScreenParams<N, T> {
     #[inline(always)]
     pub(crate) fn zip(&self, other: &Self, f: impl Fn(T, T) -> T) -> Self {
         let (z, inv_w) = (f(self.z, other.z), f(self.inv_w, other.inv_w));
-        let mut s = [z; N];
-        for i in 0..N {
-            s[i] = f(self.s[i], other.s[i]);
+        let mut s = self.s;
+        for (s, other) in s.iter_mut().zip(&other.s) {
+            *s = f(*s, *other);
         }
         Self { z, inv_w, s }
     }

@@ -103,7 +103,7 @@ impl Triangle<Each> {
     /// The triangle of an outline, if it is one and the lines are exact; all are the same.
     #[inline(always)]
     pub(super) fn of(ConvexOutline { points, rows }: &ConvexOutline<'_>) -> Option<Self> {
-        let Some([a, b, c]) = points.as_array() else { return None };
+        let &[a, b, c] = *points else { return None };
         let points = [a, b, c].map(|point| [point.x, point.y].map(f64::from));
         let (triangle, is_exact) = Triangle::new(points, rows);
         is_exact.then_some(triangle.map(|value| [*value; TRIANGLES]))

@@ -171,16 +171,16 @@ impl<const N: usize> Job<'_, N> {
     /// The columns of a band that its faces extend over, if these are so many that reading all pixels
     /// there pays.
     fn crowded<'b>(&self, bins: impl Iterator<Item = &'b Bin>, rows: usize) -> Range<usize> {
-        let (mut faces, mut columns) = (0, i32::MAX..i32::MIN);
+        let (mut faces, mut left, mut right) = (0, i32::MAX, i32::MIN);
         for bin in bins {
             faces += bin.faces.len();
-            columns = columns.start.min(bin.columns.start)..columns.end.max(bin.columns.end);
+            (left, right) = (left.min(bin.columns.0), right.max(bin.columns.1));
         }
-        if columns.is_empty() || faces.saturating_mul(CROWDED) < columns.len() * rows {
+        if left >= right || faces.saturating_mul(CROWDED) < (left..right).len() * rows {
             return 0..0;
         }
         let corner = self.scan.viewport.rect().x;
-        (columns.start + corner) as usize..(columns.end + corner) as usize
+        (left + corner) as usize..(right + corner) as usize
     }
 
     /// Draws a chunk's faces in a band.

@@ -31,8 +31,8 @@ pub(super) struct Chunk<const N: usize> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bin {
     pub(super) faces: Vec<Binned>,
-    /// The columns that they extend over.
-    pub(super) columns: Range<i32>,
+    /// The columns that they extend over: the first, and the one after the last.
+    pub(super) columns: (i32, i32),
 }
 
 /// A face in a bin.
@@ -151,7 +151,10 @@ impl<const N: usize> Job<'_, N> {
         let point = |&i: &u32| corners.points[i as usize];
         let area = || signed_area(indices, point);
         let Some((bands, columns)) = self.bands(indices, point, area) else { return };
-        let kind = indices.as_array().map_or(Kind::Whole, |&triangle| Kind::Triangle(triangle));
+        let kind = match *indices {
+            [a, b, c] => Kind::Triangle([a, b, c]),
+            _ => Kind::Whole,
+        };
         chunk.bins[bands].iter_mut().for_each(|bin| bin.push(face as u32, kind, &columns));
     }
 
@@ -221,8 +224,8 @@ impl Bin {
     #[inline(always)]
     fn push(&mut self, face: u32, kind: Kind, columns: &Range<i32>) {
         self.faces.push(Binned { face, kind });
-        let Range { start, end } = &mut self.columns;
-        (*start, *end) = ((*start).min(columns.start), (*end).max(columns.end));
+        let (start, end) = self.columns;
+        self.columns = (start.min(columns.start), end.max(columns.end));
     }
 }
 
@@ -230,7 +233,7 @@ impl<const N: usize> Chunk<N> {
     fn clear(&mut self, bands: usize) {
         for bin in first(&mut self.bins, bands) {
             bin.faces.clear();
-            bin.columns = i32::MAX..i32::MIN;
+            bin.columns = (i32::MAX, i32::MIN);
         }
         self.clipped.clear();
         self.chains.clear();

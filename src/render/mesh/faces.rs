@@ -32,9 +32,9 @@ impl Faces {
         let mut len = 0;
         while len < BATCH && self.indices.len() < 4 * BATCH {
             let Some(face) = faces.next() else { break };
-            match face.as_ref().as_array::<3>() {
-                Some(triangle) if self.ends.is_empty() => self.indices.extend(triangle),
-                _ => self.push(len, face.as_ref()),
+            match face.as_ref() {
+                triangle @ [_, _, _] if self.ends.is_empty() => self.indices.extend(triangle),
+                face => self.push(len, face),
             }
             len += 1;
         }
