@@ -160,7 +160,8 @@ impl Raster {
         let first = band.index(x, y + group.y());
         let (mut begin, mut lanes) = ([0; ROWS], [0; ROWS]);
         for (row, begin) in begin.iter_mut().enumerate() {
-            *begin = (first + row * band.width()).wrapping_add(group.start[row] as usize);
+            // The viewport may begin left of the band.
+            *begin = first.wrapping_add(row * band.width()).wrapping_add(group.start[row] as usize);
         }
         for (lanes, width) in lanes.iter_mut().zip(&group.width) {
             *lanes = 1u32.wrapping_shl(*width as u32) - 1;
