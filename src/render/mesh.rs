@@ -49,7 +49,8 @@ const CHUNK: usize = 4096;
 /// Vertices projected by one thread at a time.
 const VERTICES: usize = 4096;
 
-/// With a face for so many pixels or fewer, a band is likely to be drawn all over.
+/// With a face for so many pixels or fewer, a band is likely to be drawn all over in the columns where
+/// it has faces.
 const CROWDED: usize = 32;
 
 /// The memory for drawing meshes.
