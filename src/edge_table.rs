@@ -1,9 +1,9 @@
 //! The edge table and the active edges: which pixels a polygon covers.
 //!
 //! An outline in subpixels goes in, runs of covered pixels come out, scanline by scanline. All
-//! arithmetic is on integers, so coverage is exact: a pixel is covered when its centre lies inside
-//! the outline, and a centre exactly on an edge belongs to the polygon on its right or, for a
-//! horizontal edge, below (the top-left rule):
+//! arithmetic is exact, on integers and for triangles on f64 that hold them without loss, so coverage
+//! is: a pixel is covered when its centre lies inside the outline, and a centre exactly on an edge
+//! belongs to the polygon on its right or, for a horizontal edge, below (the top-left rule):
 //!
 //! ```text
 //!      0   1   2   3

@@ -56,7 +56,7 @@
 //!   [`glam::camera::rh::proj::directx`]. OpenGL's -w <= z <= w is [`ClipSpace::MinusOneToOne`].
 //! - The screen has x right and y *down*; pixel (0, 0) is at the top left, as in the `image` crate;
 //!   pixel (i, j) is sampled at its centre (i + 0.5, j + 0.5).
-//! - Screen positions are rounded to 1/256 pixel, half to even. From there on coverage is integer
+//! - Screen positions are rounded to 1/256 pixel, half to even. From there on coverage is exact
 //!   arithmetic with the top-left rule: polygons that share an edge touch each pixel along it
 //!   exactly once.
 //! - A polygon may be concave, have holes and cross itself. What its contours wind around is inside

@@ -45,13 +45,13 @@ pub(crate) trait Number:
         self.abs().is_less(self.all(f64::INFINITY))
     }
 
-    /// The lesser; of NaN and another number, and of zeros, the other.
+    /// The lesser; `other` if either is NaN, or if both are zeros.
     #[inline(always)]
     fn lesser(self, other: Self) -> Self {
         Self::select(self.is_less(other), self, other)
     }
 
-    /// The greater; of NaN and another number, and of zeros, the other.
+    /// The greater; `other` if either is NaN, or if both are zeros.
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
         Self::select(other.is_less(self), self, other)

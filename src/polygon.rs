@@ -220,8 +220,8 @@ impl<const N: usize> Default for ScreenPolygon<N> {
 }
 
 impl<const N: usize> ScreenPolygon<N> {
-    /// Sets up a polygon that was clipped, from its vertices. `affine` says that all values are known
-    /// to be affine on the polygon.
+    /// Sets up a polygon that is inside of all planes, clipped or not, from its vertices. `affine` says
+    /// that all values are known to be affine on the polygon.
     pub(crate) fn set_up(
         &mut self,
         setup: &Setup<N>,

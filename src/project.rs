@@ -16,7 +16,7 @@ use crate::number::Number;
 use crate::vertex::Vertex;
 
 /// Positions on the screen are rounded to 1 / `SUBPIXELS` of a pixel, as GPUs (and Mesa) do; from
-/// there on coverage is integer arithmetic.
+/// there on coverage is exact.
 pub const SUBPIXELS: i32 = 256;
 
 /// The largest width and height of a viewport or framebuffer, in pixels.

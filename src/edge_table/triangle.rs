@@ -13,30 +13,30 @@ use crate::project::SUBPIXELS;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Triangle<T> {
     sides: [Line<T>; 3],
-    /// The columns and the rows that it extends over, [`ROUND`] added: the first and the one after
-    /// the last.
+    /// The columns that it extends over, and the rows of those to visit, [`ROUND`] added: the first
+    /// and the one after the last.
     columns: [T; 2],
     rows: [T; 2],
 }
 
 /// The line through an edge of a triangle.
 ///
-/// In a row it stands before column p / u rounded up, as an [`Edge`](super::Edge) does, where u = 256 dy and
-/// p = u (x - 128) / 256 are whole numbers, with x in subpixels and dy > 0. That is
+/// In a row it stands before column p / u rounded up, as an [`Edge`](super::Edge) does, where
+/// u = 256 dy and p = u (x - 128) / 256 are whole numbers, with x in subpixels and dy > 0. That is
 /// (p + (u - 1) / 2) / u rounded to nearest, which is nowhere nearer than 1 / 2u to where rounding
 /// would change. With |p| < 2^49 the sum is exact in f64, and the product with the reciprocal is off
 /// by less than 2^49 / u * 2^-52: the column is exact.
 #[derive(Clone, Copy, Debug, Default)]
 struct Line<T> {
-    /// p + (u - 1) / 2 in the triangle's first row.
+    /// p + (u - 1) / 2 in the first row to visit.
     at: T,
     /// The change of p from row to row.
     step: T,
     /// 1 / u.
     per_unit: T,
-    /// What to add for the start of a run: [`ROUND`] if the line is on the left, less [`ASIDE`] if
-    /// not. The same for its end.
+    /// What to add for the start of a run: [`ROUND`], less [`ASIDE`] if the line is not on the left.
     start: T,
+    /// The same for its end: [`ROUND`], and [`ASIDE`] if the line is not on the right.
     end: T,
 }
 

@@ -32,7 +32,8 @@ struct PlacedVertices<const N: usize> {
 pub(crate) struct Triangles<const N: usize> {
     values: Values<N, Each>,
     lines: Triangle<Each>,
-    /// A bit for each triangle: whether it is like most. Others need more than is found here.
+    /// A bit for each triangle: whether it is a usual one, of which the lines are exact, too. Others need
+    /// more than is found here.
     usual: u64,
 }
 
@@ -133,8 +134,8 @@ impl<const N: usize> Triangles<N> {
         self.usual = (is_usual & is_exact).to_bitmask();
     }
 
-    /// Takes one of the triangles out: its values, and its lines; `None` if it is not a usual one and
-    /// has to be set up as other polygons are.
+    /// Takes one of the triangles out: its values, and its lines; `None` if it is not a usual one with
+    /// exact lines, and has to be set up as other polygons are.
     #[inline(always)]
     pub(crate) fn take(
         &self,

@@ -82,7 +82,7 @@ struct Worker<const N: usize> {
     coarse: CoarseDepth,
 }
 
-/// The face being drawn; the edges are those of one that is set up alone.
+/// The face being drawn. The edges are those of one that is not drawn by a triangle's lines.
 #[derive(Clone, Debug, Default)]
 struct Single<const N: usize> {
     outline: Vec<FixedPoint>,
