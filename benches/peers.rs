@@ -2,7 +2,7 @@
 //! environment variable `PEERS_SCENES` names. Prints one line a scene, in the peers' format:
 //!
 //! ```text
-//! PEERS_SCENES=/tmp/peers cargo bench --bench peers -- w1 w3
+//! PEERS_SCENES=folder cargo bench --bench peers -- w1 w3
 //! ```
 //!
 //! Times are the medians of all frames drawn in 0.9 seconds (`PB_MS` milliseconds if set), in
