@@ -83,3 +83,53 @@ impl Faces {
         face.checked_sub(1).map_or(0, |before| self.ends[before] as usize)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Faces, TRIANGLES};
+
+    /// Faces of so many corners each, no two with the same indices.
+    fn faces(corners: &[u32]) -> Vec<Vec<u32>> {
+        let mut next = 0;
+        let mut face = |corners: &u32| {
+            next += corners;
+            (next - corners..next).collect()
+        };
+        corners.iter().map(&mut face).collect()
+    }
+
+    #[test]
+    fn eight_faces_are_triangles_only_if_each_is() {
+        // As many corners as eight triangles have, but not in each; and others later and earlier.
+        let lists: [&[u32]; 7] = [
+            &[3; 16],
+            &[3, 3, 3, 4, 2, 3, 3, 3],
+            &[2, 4, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3],
+            &[3, 3, 3, 3, 3, 3, 3, 3, 3, 5, 3],
+            &[0, 3, 3, 3, 3, 3, 3, 3, 3, 1],
+            &[6, 0, 3, 3, 3, 3, 3, 3],
+            &[4; 9],
+        ];
+        let mut collected = Faces::default();
+        for corners in lists {
+            let faces = faces(corners);
+            collected.restart();
+            assert!(collected.collect(&mut faces.iter()));
+            assert_eq!(collected.len, faces.len());
+            for (number, face) in faces.iter().enumerate() {
+                assert_eq!(collected.get(number), face);
+            }
+            for first in 0..=faces.len().saturating_sub(TRIANGLES) {
+                let eight = &faces[first..first + TRIANGLES];
+                let are_triangles = eight.iter().all(|face| face.len() == 3);
+                let triangles = collected.triangles(first..first + TRIANGLES);
+                assert_eq!(triangles.is_some(), are_triangles, "{corners:?} from {first}");
+                if let Some(triangles) = triangles {
+                    assert!(
+                        triangles.iter().zip(eight).all(|(triangle, face)| triangle == &face[..])
+                    );
+                }
+            }
+        }
+    }
+}
