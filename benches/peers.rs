@@ -27,7 +27,7 @@ use std::time::Instant;
 
 use fearless_simd::Level;
 use glam::{Mat4, Vec3};
-use polyscan::{ClipSpace, Cull, Framebuffer, Vertex, ZBuffer};
+use polyscan::{ClipSpace, Cull, Framebuffer, Mesh, Vertex, ZBufferRenderer};
 
 const SCENES: [&str; 11] =
     ["w1", "w1_equal", "w2b", "w2f", "w3", "w4", "w5_2", "w5_4", "w5_8", "w5_16", "w6"];
@@ -184,10 +184,10 @@ fn run<const N: usize>(
     look_up: impl Fn(u32) -> u32 + Sync,
 ) -> Result<(), Box<dyn Error>> {
     let mut frame = Framebuffer::new(scene.width, scene.height, 0u32)?;
-    let mut renderer = ZBuffer::<N>::new(frame.viewport());
-    renderer.level = level()?;
-    renderer.scan.clip_space = ClipSpace::MinusOneToOne;
-    renderer.scan.cull = if scene.cull { Cull::Clockwise } else { Cull::None };
+    let mut renderer = ZBufferRenderer::<N>::new(frame.viewport());
+    renderer.simd_level = level()?;
+    renderer.settings.clip_space = ClipSpace::MinusOneToOne;
+    renderer.settings.cull = if scene.cull { Cull::Back } else { Cull::None };
     let mut vertices = Vec::new();
     let per_fragment = std::env::var_os("PER_FRAGMENT").is_some();
     let budget = std::env::var("PB_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(900.0);
@@ -201,9 +201,9 @@ fn run<const N: usize>(
         scene.transform(&mut vertices);
         if per_fragment {
             renderer
-                .draw_mesh(&mut frame, &vertices, &scene.triangles, |f| look_up(shade(&f.params)));
+                .draw(&mut frame, Mesh::new(&vertices, &scene.triangles), |f| look_up(shade(&f.params)));
         } else {
-            renderer.draw_mesh_blocks(&mut frame, &vertices, &scene.triangles, |block, colors| {
+            renderer.draw_blocks(&mut frame, Mesh::new(&vertices, &scene.triangles), |block, colors| {
                 for (lane, color) in colors.iter_mut().enumerate() {
                     *color = shade(&std::array::from_fn(|i| block.params[i][lane]));
                 }

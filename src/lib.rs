@@ -117,34 +117,52 @@
 //!   SIGGRAPH 1980; M. Newell, R. Newell and T. Sancha, "A Solution to the Hidden Surface Problem",
 //!   ACM 1972: the painter's renderer.
 
+mod round;
+mod simd;
+mod scalar;
 pub mod vertex;
+mod vertices;
 pub mod outline;
+pub mod viewport;
+pub mod view_volume;
 pub mod clip;
+pub mod subpixel;
 pub mod project;
-pub mod gradient;
-pub mod edge_table;
-mod number;
-mod polygon;
-pub mod span;
+pub mod coverage;
+mod window;
+mod settings;
+mod surface;
+mod primitive;
+pub mod parameter_matrix;
 pub mod fragment;
+pub mod span;
 pub mod scan;
-pub mod render;
 pub mod color;
+pub mod render;
 pub mod texture;
 #[cfg(feature = "obj")]
 pub mod obj;
+#[cfg(test)]
+mod test_rng;
 
-pub use clip::{ClipPlane, ClipSpace};
-pub use edge_table::FillRule;
-pub use fragment::{Fragment, FragmentBlock};
-pub use gradient::ParameterMatrix;
-pub use outline::Outline;
-pub use project::{Rect, SizeError, Viewport};
-pub use render::{BspTree, DepthSource, DepthTest, Framebuffer, Painter, Scanline, ZBuffer};
-pub use scan::{Cull, ScanConverter};
-pub use span::Span;
-pub use texture::Texture;
-pub use vertex::{Interpolation, Parameter, Vertex};
+pub use fearless_simd::Level;
+pub use glam;
+
+pub use self::coverage::FillRule;
+pub use self::fragment::{Fragment, FragmentBlock};
+pub use self::outline::Outline;
+pub use self::parameter_matrix::ParameterMatrix;
+pub use self::render::{
+    BspTree, DepthTest, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, Target, TargetError,
+    ZBufferRenderer,
+};
+pub use self::scan::{ScanConverter, Surface};
+pub use self::settings::{Cull, DepthBias, DepthMode, FrontFace, Settings};
+pub use self::span::Span;
+pub use self::texture::Texture;
+pub use self::vertex::{Interpolation, Parameter, Vertex};
+pub use self::view_volume::{ClipPlane, ClipSpace};
+pub use self::viewport::{Rect, SizeError, Viewport};
 
 /// The README's code, compiled and run.
 #[cfg(all(doctest, feature = "image"))]

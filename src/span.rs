@@ -1,157 +1,188 @@
 //! Spans: the pixels of one row that a polygon covers between two of its edges.
 //!
 //! A span carries the values of (z, s_1 .. s_n, s_{n+1}) at its start and their change per pixel.
-//! A renderer may step them itself, or go on to [fragments](crate::fragment).
+//! A renderer may step them itself, or go on to [fragments](crate::fragment), one by one or in blocks.
 
 use std::ops::Range;
 
-use crate::edge_table::Run;
-use crate::fragment::Fragments;
-use crate::polygon::ScreenPolygon;
+use fearless_simd::{Level, Simd, dispatch};
+
+use crate::coverage::Run;
+use crate::coverage::run::RunGroup;
+use crate::fragment::block::{ALL, Block, HALF_BLOCK};
+use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::project::ScreenParams;
+use crate::surface::mixed::Component;
+use crate::surface::rows::{RowLine, RowValues, SurfaceView};
 
 /// A run of covered pixels with what is interpolated along it.
 #[derive(Clone, Debug)]
 pub struct Span<'a, const N: usize> {
-    pub(crate) place: Place<'a, N>,
+    surface: SurfaceView<'a>,
+    runs: RunGroup,
     /// The columns that are visible, relative to the viewport.
-    pub(crate) x: Range<i32>,
-    pub(crate) line: Line<N>,
+    columns: Range<i32>,
+    lines: SpanLines<N>,
 }
 
-/// Where a fragment comes from.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Place<'a, const N: usize> {
-    pub(crate) polygon: &'a ScreenPolygon<N>,
-    /// The run, relative to the viewport, visible or not: its row, columns and edges.
-    y: i32,
-    x: [i32; 2],
-    edges: [u32; 2],
-}
-
-/// z, s_1 .. s_n and s_{n+1} along a span, in f32: a value at one pixel, and the change per pixel.
-///
-/// The pixel is the one at that end of the run where s_{n+1} = 1/w is smallest, the farthest from
-/// the eye. Then f32 is enough, however long the span and whatever the ratio of w. For a value
-/// v = a + d l at l pixels from there is off by no more than
-///
-/// ```text
-/// 2^-24 (|a| + 2 |d l| + |v|)  <=  2^-24 * 3 (|a| + |v|)
-/// ```
-///
-/// by the rounding of a, of d, of the product and of the sum. Since |s| <= R / w for the largest
-/// parameter R, and 1/w at the pixel is no less than at the end, this is at most 2^-24 * 6 R / w for
-/// s; for 1/w, which is positive and grows from a, it is 2^-24 * 3 / w. With their quotient's own
-/// rounding r = s / (1/w) is off by less than 2^-24 * 11 R, or 7e-7 R. Starting from the near end
-/// instead, the error would grow with the ratio of w: by this choice there is nothing to restart.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Line<const N: usize> {
-    /// The pixel's column, relative to the viewport.
-    pub(crate) x: i32,
-    pub(crate) at: ScreenParams<N, f32>,
-    pub(crate) delta: ScreenParams<N, f32>,
+/// The values along a span.
+#[derive(Clone, Debug)]
+struct SpanLines<const N: usize> {
+    /// Depth and 1/w.
+    values: RowValues,
+    s: [RowLine; N],
 }
 
 impl<'a, const N: usize> Span<'a, N> {
-    /// The part of a run within the given columns, if any.
-    #[inline(always)]
+    /// The part of a run within the given columns, if any. `values` is memory to work in.
     pub(crate) fn new(
-        polygon: &'a ScreenPolygon<N>,
+        surface: SurfaceView<'a>,
         run: &Run,
         columns: &Range<i32>,
+        values: &mut RowValues,
     ) -> Option<Self> {
-        let x = run.x.start.max(columns.start)..run.x.end.min(columns.end);
-        if x.is_empty() {
+        let visible = run.x.start.max(columns.start)..run.x.end.min(columns.end);
+        if visible.is_empty() {
             return None;
         }
-        Some(Self { place: Place::new(polygon, run), x, line: polygon.line(run) })
+        let runs = RunGroup::of(run);
+        surface.start_rows(&runs, &visible, values);
+        surface.find_params(values);
+        let mut s = [RowLine::default(); N];
+        for (line, value) in s.iter_mut().zip(&values.s) {
+            *line = *value;
+        }
+        let lines = SpanLines { values: values.without_params(), s };
+        Some(Self { surface, runs, columns: visible, lines })
     }
 
     /// The row on the framebuffer.
     #[inline(always)]
-    pub fn y(&self) -> i32 {
-        self.place.y()
-    }
-
-    /// The first visible column on the framebuffer.
-    #[inline(always)]
-    pub(crate) fn column(&self) -> i32 {
-        self.place.polygon.corner.0 + self.x.start
+    #[must_use]
+    pub fn row(&self) -> i32 {
+        self.surface.base.corner.1 + self.runs.y
     }
 
     /// The columns on the framebuffer; never empty.
-    pub fn x(&self) -> Range<i32> {
-        let corner = self.place.polygon.corner.0;
-        corner + self.x.start..corner + self.x.end
-    }
-
-    /// The depth of the pixel `offset` columns after the first, the same bits as in its fragment. It
-    /// grows or falls along the span, since rounding keeps the order of products and of sums.
-    #[inline(always)]
-    pub(crate) fn depth_at(&self, offset: i32) -> f32 {
-        let Line { x, at, delta } = &self.line;
-        let (min, max) = self.place.polygon.z;
-        ((self.x.start + offset - x) as f32 * delta.z + at.z).max(min).min(max)
+    #[must_use]
+    pub fn columns(&self) -> Range<i32> {
+        let corner = self.surface.base.corner.0;
+        corner + self.columns.start..corner + self.columns.end
     }
 
     /// z, s_1 .. s_n and s_{n+1} = 1/w at the centre of the first pixel.
+    #[must_use]
     pub fn start(&self) -> ScreenParams<N> {
-        self.place.per_w(self.place.polygon.at(self.x.start, &self.place.run()))
+        let run = self.runs.run(0);
+        self.per_w(|component| self.surface.at(component, self.columns.start, &run))
     }
 
     /// The change of [`start`](Self::start) from one pixel to the next.
+    #[must_use]
     pub fn delta(&self) -> ScreenParams<N> {
-        self.place.per_w(self.place.polygon.along(&self.place.run()).1)
+        let run = self.runs.run(0);
+        self.per_w(|component| self.surface.along(component, &run).1)
+    }
+
+    /// All values, from the polygon's unit of w to w itself; the unit is a power of two, so this is
+    /// exact.
+    fn per_w(&self, value: impl Fn(Component) -> f64) -> ScreenParams<N> {
+        let unit = self.surface.base.w_unit;
+        ScreenParams {
+            z: value(Component::Z),
+            inv_w: value(Component::InvW) / unit,
+            s: std::array::from_fn(|i| {
+                let s = value(Component::S(i));
+                if self.surface.times_w(i) { s / unit } else { s }
+            }),
+        }
     }
 
     /// The fragments, from left to right: depth, w and parameters of each pixel.
+    ///
+    /// [`for_each_block`](Self::for_each_block) is several times as fast.
     pub fn fragments(&self) -> Fragments<'_, N> {
-        Fragments::new(self)
+        Fragments { span: self, next: self.columns.start, block: None }
+    }
+
+    /// Calls `f` for each block of [`LANES`] fragments, from left to right, compiled for the SIMD
+    /// instructions of `level`: a loop over the lanes in `f` may become SIMD. In the last block the
+    /// lanes beyond the end are not visible.
+    ///
+    /// ```
+    /// use glam::vec4;
+    /// use polyscan::{Level, ScanConverter, Vertex, Viewport};
+    ///
+    /// let triangle = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)]
+    ///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), [x]));
+    /// let mut scan = ScanConverter::new(Viewport::new(100, 100)?);
+    /// let mut picture = vec![0.0; 100 * 100];
+    /// for span in scan.spans(&triangle) {
+    ///     span.for_each_block(Level::new(), |block| {
+    ///         let (x, y) = block.position(0);
+    ///         let pixels = &mut picture[y as usize * 100 + x as usize..];
+    ///         let count = block.visible.count_ones() as usize;
+    ///         for (pixel, r) in pixels.iter_mut().zip(&block.params[0]).take(count) {
+    ///             *pixel = r * r;
+    ///         }
+    ///     });
+    /// }
+    /// # Ok::<(), polyscan::SizeError>(())
+    /// ```
+    pub fn for_each_block(&self, level: Level, mut f: impl FnMut(&FragmentBlock<'_, N>)) {
+        dispatch!(level, simd => self.blocks(simd, &mut f));
+    }
+
+    #[inline(always)]
+    fn blocks<S: Simd>(&self, simd: S, f: &mut impl FnMut(&FragmentBlock<'_, N>)) {
+        for x in self.columns.clone().step_by(LANES) {
+            f(&self.block(simd, x));
+        }
+    }
+
+    /// The block whose first lane is at a column relative to the viewport.
+    #[inline(always)]
+    fn block<S: Simd>(&self, simd: S, x: i32) -> FragmentBlock<'_, N> {
+        let left = (self.columns.end - x).clamp(0, LANES as i32);
+        let halves = [(x, 0), (x + HALF_BLOCK as i32, 0)];
+        let visible = ALL >> (LANES as i32 - left);
+        let mut fragments = FragmentBlock::new(&self.surface, &self.runs, halves, visible);
+        let SpanLines { values, s } = &self.lines;
+        let block = Block::in_row(simd, 0, (x - values.x[0]) as f32);
+        fragments.depth = block.depth(&self.surface, values).into();
+        let FragmentBlock { w, params, .. } = &mut fragments;
+        block.any(&self.surface, &values.inv_w, s, w, params);
+        fragments
     }
 }
 
-impl<'a, const N: usize> Place<'a, N> {
-    #[inline(always)]
-    pub(crate) fn new(polygon: &'a ScreenPolygon<N>, run: &Run) -> Self {
-        Self { polygon, y: run.y, x: [run.x.start, run.x.end], edges: run.edges }
-    }
+/// Iterator over the fragments of a span.
+#[derive(Clone, Debug)]
+pub struct Fragments<'a, const N: usize> {
+    span: &'a Span<'a, N>,
+    /// The first column, relative to the viewport, that `block` does not have.
+    next: i32,
+    block: Option<FragmentBlock<'a, N>>,
+}
 
-    /// The row on the framebuffer.
-    #[inline(always)]
-    pub(crate) fn y(&self) -> i32 {
-        self.polygon.corner.1 + self.y
-    }
+impl<'a, const N: usize> Iterator for Fragments<'a, N> {
+    type Item = Fragment<'a, N>;
 
-    fn run(&self) -> Run {
-        Run { y: self.y, x: self.x[0]..self.x[1], edges: self.edges }
-    }
-
-    /// The derivatives of the parameters with respect to screen x and y at a column: the quotient
-    /// rule for r = s / (1/w).
-    pub(crate) fn derivatives(&self, x: i32) -> ([f32; N], [f32; N]) {
-        let run = self.run();
-        let at = self.polygon.at(x, &run);
-        let dx = self.polygon.along(&run).1;
-        let dy = self.polygon.downwards(x, &run);
-        let quotient = |d: &ScreenParams<N>| {
-            std::array::from_fn(|i| {
-                let r = if self.polygon.times_w[i] {
-                    (d.s[i] - at.s[i] / at.inv_w * d.inv_w) / at.inv_w
-                } else {
-                    d.s[i]
-                };
-                r as f32
-            })
-        };
-        (quotient(&dx), quotient(&dy))
-    }
-
-    /// From the polygon's unit of w to w itself; the unit is a power of two, so this is exact.
-    fn per_w(&self, mut values: ScreenParams<N>) -> ScreenParams<N> {
-        values.inv_w /= self.polygon.w_unit;
-        for i in (0..N).filter(|&i| self.polygon.times_w[i]) {
-            values.s[i] /= self.polygon.w_unit;
+    fn next(&mut self) -> Option<Fragment<'a, N>> {
+        loop {
+            if let Some(block) = &mut self.block
+                && block.visible != 0
+            {
+                let lane = block.visible.trailing_zeros() as usize;
+                block.visible &= block.visible - 1;
+                return Some(block.fragment(lane));
+            }
+            if self.next >= self.span.columns.end {
+                return None;
+            }
+            let x = self.next;
+            self.next += LANES as i32;
+            self.block = Some(dispatch!(Level::baseline(), simd => self.span.block(simd, x)));
         }
-        values
     }
 }

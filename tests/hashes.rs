@@ -17,9 +17,9 @@ use fearless_simd::{Level, Simd};
 use glam::{Vec4, vec2, vec4};
 use polyscan::texture::{Filter, Wrap};
 use polyscan::{
-    ClipPlane, ClipSpace, Cull, DepthSource, DepthTest, Fragment, Framebuffer,
+    ClipPlane, ClipSpace, Cull, DepthMode, DepthTest, Fragment, Framebuffer,
     Interpolation::{Flat, Linear, Perspective},
-    Texture, Vertex, Viewport, ZBuffer,
+    Mesh, Texture, Vertex, Viewport, ZBufferRenderer,
 };
 
 const WIDTH: u32 = 203;
@@ -34,7 +34,7 @@ type Shader = fn(&Fragment<'_, 3>) -> Color;
 struct Scene {
     name: &'static str,
     polygons: fn(&mut Rng) -> Vec<Polygon>,
-    settings: fn(&mut ZBuffer<3>),
+    settings: fn(&mut ZBufferRenderer<3>),
     shader: Shader,
     hash: u64,
 }
@@ -218,7 +218,7 @@ fn bilinear(fragment: &Fragment<'_, 3>) -> Color {
 
 /// The viewport of the scenes: smaller than the picture, off its corner.
 fn viewport() -> Viewport {
-    Viewport::new(WIDTH - 19, HEIGHT - 23).expect("small").at(11, 9)
+    Viewport::new(WIDTH - 19, HEIGHT - 23).expect("small").with_corner(11, 9)
 }
 
 /// How polygons reach the framebuffer.
@@ -246,13 +246,14 @@ fn draw_in(
 ) -> Frame {
     let mut frame = Framebuffer::new(width, height, [0.0; 3]).expect("a small frame");
     let rect = viewport().rect();
-    let tile = viewport().at(rect.x - left as i32, rect.y - top as i32);
-    let mut renderer = ZBuffer::new(tile);
+    let tile = viewport().with_corner(rect.x - left as i32, rect.y - top as i32);
+    let mut renderer = ZBufferRenderer::new(tile);
     (scene.settings)(&mut renderer);
-    if [DepthTest::Greater, DepthTest::GreaterEqual].contains(&renderer.depth_test) {
+    renderer.clear(&mut frame, [0.0; 3]);
+    if renderer.depth_test == DepthTest::FartherOrEqual {
         frame.clear([0.0; 3], 0.0);
     }
-    renderer.level = level;
+    renderer.simd_level = level;
     let polygons = (scene.polygons)(&mut Rng::new(2024));
     let mut indices = 0..;
     let faces: Vec<Vec<u32>> =
@@ -262,9 +263,9 @@ fn draw_in(
         Way::Polygons => {
             polygons.iter().for_each(|polygon| renderer.draw(&mut frame, polygon, scene.shader));
         }
-        Way::Mesh => renderer.draw_mesh(&mut frame, &vertices, &faces, scene.shader),
+        Way::Mesh => renderer.draw(&mut frame, Mesh::new(&vertices, &faces), scene.shader),
         Way::MeshBlocks => {
-            renderer.draw_mesh_blocks(&mut frame, &vertices, &faces, |block, colors| {
+            renderer.draw_blocks(&mut frame, Mesh::new(&vertices, &faces), |block, colors| {
                 for lane in (0..colors.len()).filter(|lane| block.visible >> lane & 1 != 0) {
                     colors[lane] = (scene.shader)(&block.fragment(lane));
                 }
@@ -347,14 +348,14 @@ const SCENES: &[Scene] = &[
     Scene {
         name: "linear and flat parameters, clipped",
         polygons: clipped,
-        settings: |renderer| renderer.scan.interpolation = [Perspective, Linear, Flat],
+        settings: |renderer| renderer.settings.interpolation = [Perspective, Linear, Flat],
         shader: everything,
         hash: 0x10a4_381a_5042_aa35,
     },
     Scene {
         name: "concave and crossed outlines",
         polygons: tangles,
-        settings: |renderer| renderer.depth_test = DepthTest::GreaterEqual,
+        settings: |renderer| renderer.depth_test = DepthTest::FartherOrEqual,
         shader: params,
         hash: 0xcd4f_6147_2897_aa9e,
     },
@@ -369,9 +370,9 @@ const SCENES: &[Scene] = &[
         name: "the clip space of OpenGL, a depth range, counter-clockwise polygons left out",
         polygons: clipped,
         settings: |renderer| {
-            renderer.scan.clip_space = ClipSpace::MinusOneToOne;
-            renderer.scan.viewport = renderer.scan.viewport.with_depth(0.75, 0.125);
-            renderer.scan.cull = Cull::CounterClockwise;
+            renderer.settings.clip_space = ClipSpace::MinusOneToOne;
+            renderer.settings.viewport = renderer.settings.viewport.with_depth(0.75, 0.125);
+            renderer.settings.cull = Cull::Front;
         },
         shader: params,
         hash: 0xe50d_5c28_ca0c_5d2a,
@@ -381,7 +382,7 @@ const SCENES: &[Scene] = &[
         polygons: clipped,
         settings: |renderer| {
             let planes = [vec4(1.0, 0.5, 0.25, 0.5), vec4(-0.25, -1.0, 0.5, 0.75)];
-            renderer.scan.planes = planes.map(ClipPlane::new).to_vec();
+            renderer.settings.planes = planes.map(ClipPlane::new).to_vec();
         },
         shader: everything,
         hash: 0xb134_08d1_98c6_49fb,
@@ -397,8 +398,7 @@ const SCENES: &[Scene] = &[
         name: "a mesh, 1/w as depth",
         polygons: mesh,
         settings: |renderer| {
-            renderer.depth_source = DepthSource::InverseW;
-            renderer.depth_test = DepthTest::Greater;
+            renderer.settings.depth = DepthMode::InverseW;
         },
         shader: params,
         hash: 0xc3ab_38ef_f996_2b5e,
@@ -420,7 +420,7 @@ const SCENES: &[Scene] = &[
     Scene {
         name: "far beyond the window",
         polygons: huge,
-        settings: |renderer| renderer.depth_test = DepthTest::LessEqual,
+        settings: |renderer| renderer.depth_test = DepthTest::NearerOrEqual,
         shader: everything,
         hash: 0x84e8_1c6a_ab43_e41a,
     },

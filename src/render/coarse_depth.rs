@@ -9,7 +9,7 @@
 use std::ops::Range;
 
 use crate::fragment::LANES;
-use crate::render::z_buffer::DepthTest;
+use crate::render::depth::Comparison;
 
 /// The width of a tile: a few blocks, since looking up a tile takes about as long as testing one.
 pub(crate) const TILE_WIDTH: usize = 64;
@@ -62,12 +62,12 @@ enum Order {
 
 impl CoarseDepth {
     /// Begins anew with pixels of any depth; whether there is anything to gain.
-    pub(crate) fn restart(&mut self, test: DepthTest, width: usize, rows: usize) -> bool {
+    pub(crate) fn restart(&mut self, test: Comparison, width: usize, rows: usize) -> bool {
         self.order = match test {
-            DepthTest::Less => Order::Less { equal: false },
-            DepthTest::LessEqual => Order::Less { equal: true },
-            DepthTest::Greater => Order::Greater { equal: false },
-            DepthTest::GreaterEqual => Order::Greater { equal: true },
+            Comparison::Less => Order::Less { equal: false },
+            Comparison::LessEqual => Order::Less { equal: true },
+            Comparison::Greater => Order::Greater { equal: false },
+            Comparison::GreaterEqual => Order::Greater { equal: true },
             _ => Order::None,
         };
         self.misses = 0;

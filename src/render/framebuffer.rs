@@ -1,16 +1,9 @@
 //! The framebuffer: a colour of any type and an f32 depth for each pixel.
 
-use std::hint::black_box;
-use std::ops::{Add, Mul, Range};
+use std::ops::{Add, Mul};
 
-#[cfg(feature = "parallel")]
-use rayon::prelude::*;
-
-use crate::fragment::{HALF, LANES};
-use crate::project::{Rect, SizeError, Viewport};
-use crate::render::coarse_depth::CoarseDepth;
-#[cfg(not(feature = "parallel"))]
-use crate::render::sequential::*;
+use crate::render::target::{RenderTarget, Target, TargetError};
+use crate::viewport::{Rect, SizeError, Viewport};
 
 /// A picture being drawn. Row 0 is at the top, as in the `image` crate.
 ///
@@ -28,12 +21,12 @@ impl<C: Copy> Framebuffer<C> {
     /// A framebuffer filled with a colour, its depth with 1.0, the depth of the far plane.
     ///
     /// # Errors
-    /// When a side is longer than [`MAX_SIZE`](crate::project::MAX_SIZE), or there is not enough
+    /// When a side is longer than [`MAX_SIZE`](crate::viewport::MAX_SIZE), or there is not enough
     /// memory for the pixels.
     pub fn new(width: u32, height: u32, color: C) -> Result<Self, SizeError> {
         SizeError::check(width, height)?;
-        let reason = "there is not enough memory for it; draw in tiles with `Viewport::at`";
-        let error = SizeError { width, height, reason };
+        let reason = "there is not enough memory for it; draw in tiles with `Viewport::with_corner`";
+        let error = SizeError::new(width, height, reason);
         let len = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| error)?;
         Ok(Self {
             width,
@@ -44,28 +37,33 @@ impl<C: Copy> Framebuffer<C> {
     }
 
     /// The number of columns.
+    #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
     /// The number of rows.
+    #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
     /// The viewport that covers the whole framebuffer.
+    #[must_use]
     pub fn viewport(&self) -> Viewport {
-        Viewport::whole(self.rect())
+        let (width, height) = (self.width, self.height);
+        Viewport::whole(Rect { x: 0, y: 0, width, height })
     }
 
-    /// Fills the picture with a colour and a depth: 1.0 for depths that are nearer when smaller,
-    /// 0.0 for those that are nearer when greater.
+    /// Fills the picture with a colour and a depth: the [farthest](crate::DepthMode::farthest), which
+    /// is 1.0 unless depth is reversed or 1/w. A renderer's own `clear` knows which it is.
     pub fn clear(&mut self, color: C, depth: f32) {
         self.color.fill(color);
         self.depth.fill(depth);
     }
 
     /// The colours, row by row from the top.
+    #[must_use]
     pub fn color(&self) -> &[C] {
         &self.color
     }
@@ -76,6 +74,7 @@ impl<C: Copy> Framebuffer<C> {
     }
 
     /// The depths, row by row from the top.
+    #[must_use]
     pub fn depth(&self) -> &[f32] {
         &self.depth
     }
@@ -86,186 +85,52 @@ impl<C: Copy> Framebuffer<C> {
     }
 
     /// The colour and the depth of a pixel; `None` outside the picture.
+    #[must_use]
     pub fn pixel(&self, x: u32, y: u32) -> Option<(C, f32)> {
         let index = (y as usize).checked_mul(self.width as usize)?.checked_add(x as usize)?;
         let inside = x < self.width && y < self.height;
         inside.then(|| self.color.get(index).copied().zip(self.depth.get(index).copied())).flatten()
     }
+}
 
-    pub(crate) fn rect(&self) -> Rect {
-        Rect { x: 0, y: 0, width: self.width, height: self.height }
+impl<C> Framebuffer<C> {
+    /// A framebuffer of colours and depths that are there already, row by row from the top.
+    ///
+    /// # Errors
+    /// As [`Target::new`].
+    pub fn from_parts(
+        width: u32,
+        mut color: Vec<C>,
+        mut depth: Vec<f32>,
+    ) -> Result<Self, TargetError> {
+        let height = Target::new(width, &mut color, &mut depth)?.height();
+        Ok(Self { width, height, color, depth })
     }
 
-    /// All rows as one band.
-    pub(crate) fn band(&mut self) -> Band<'_, C> {
-        let corner = (0, 0);
-        Band::new(corner, self.width as usize, &mut self.color, &mut self.depth)
-    }
-
-    /// Some rows, all of which it must have.
-    pub(crate) fn band_of(&mut self, rows: Range<u32>) -> Band<'_, C> {
-        let width = self.width as usize;
-        let pixels = rows.start as usize * width..rows.end as usize * width;
-        let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
-        Band::new((0, rows.start as i32), width, color, depth)
+    /// The colours and the depths, row by row from the top.
+    #[must_use]
+    pub fn into_parts(self) -> (Vec<C>, Vec<f32>) {
+        (self.color, self.depth)
     }
 }
 
-impl<C: Copy + Send> Framebuffer<C> {
-    /// The rows in bands of `height`, the last with those that are left. The framebuffer must have
-    /// pixels.
-    pub(crate) fn par_bands(
-        &mut self,
-        height: u32,
-    ) -> impl IndexedParallelIterator<Item = Band<'_, C>> {
-        let width = self.width as usize;
-        let len = width * height as usize;
-        let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
-        bands.enumerate().map(move |(i, (color, depth))| {
-            Band::new((0, i as i32 * height as i32), width, color, depth)
-        })
-    }
-}
+impl<C> RenderTarget for Framebuffer<C> {
+    type Color = C;
 
-/// Some neighbouring rows of a framebuffer, or of a part of its columns.
-#[derive(Debug)]
-pub(crate) struct Band<'a, C> {
-    /// The first row.
-    pub(crate) first: i32,
-    /// The first column.
-    column: i32,
-    width: usize,
-    pub(crate) color: &'a mut [C],
-    pub(crate) depth: &'a mut [f32],
-    /// Pixels from the beginning of a cache line to the first depth. Memory is faster in whole
-    /// lines.
-    pub(crate) line_offset: usize,
-    /// The coarse depths, where there are any.
-    pub(crate) coarse: Option<&'a mut CoarseDepth>,
-}
-
-impl<'a, C> Band<'a, C> {
-    /// A band whose top left pixel is the one at column and row `corner` of the framebuffer. Its
-    /// slices hold whole rows of `width` pixels, which is not 0.
-    pub(crate) fn new(
-        (column, first): (i32, i32),
-        width: usize,
-        color: &'a mut [C],
-        depth: &'a mut [f32],
-    ) -> Self {
-        let line_offset = depth.as_ptr().addr() / size_of::<f32>() % LANES;
-        Self { first, column, width, color, depth, line_offset, coarse: None }
-    }
-
-    /// Where a row of the framebuffer begins in the band's slices.
-    #[inline(always)]
-    pub(crate) fn row(&self, y: i32) -> usize {
-        (y - self.first) as usize * self.width
-    }
-
-    /// Where pixel (x, y) of the framebuffer is in the band's slices. If it is outside of the band, that
-    /// is of use in sums only.
-    #[inline(always)]
-    pub(crate) fn index(&self, x: i32, y: i32) -> usize {
-        let row = (y - self.first) as usize;
-        row.wrapping_mul(self.width).wrapping_add((x - self.column) as usize)
-    }
-
-    /// How far a column of the framebuffer is from the left of the band.
-    #[inline(always)]
-    pub(crate) fn column(&self, x: i32) -> usize {
-        (x - self.column) as usize
-    }
-
-    /// A copy of the pixels of half a block that begins at `at`, which may reach out of the band;
-    /// `None` if the band has no pixels.
-    #[cold]
-    pub(crate) fn copy(&self, at: usize) -> Option<([C; HALF], [f32; HALF])>
-    where
-        C: Copy,
-    {
-        let any = *self.color.first()?;
-        let place = |lane: usize| at.wrapping_add(lane);
-        let color = |lane| self.color.get(place(lane)).copied().unwrap_or(any);
-        let depth = |lane| self.depth.get(place(lane)).copied().unwrap_or(0.0);
-        Some((std::array::from_fn(color), std::array::from_fn(depth)))
-    }
-
-    /// Puts back a copy that was changed.
-    #[cold]
-    pub(crate) fn put_back(&mut self, at: usize, colors: &[C; HALF], depths: &[f32; HALF])
-    where
-        C: Copy,
-    {
-        for lane in 0..HALF {
-            let place = at.wrapping_add(lane);
-            if let (Some(color), Some(depth)) =
-                (self.color.get_mut(place), self.depth.get_mut(place))
-            {
-                (*color, *depth) = (colors[lane], depths[lane]);
-            }
-        }
-    }
-
-    /// Brings the pixels of some columns into the cache in their order, which is faster than from all
-    /// over the band.
-    pub(crate) fn read_through(&self, columns: &Range<usize>)
-    where
-        C: Copy,
-    {
-        const LINE: usize = 64;
-        let colors_in_line = (LINE / size_of::<C>().max(1)).max(1);
-        let row = |row: usize| row * self.width + columns.start..row * self.width + columns.end;
-        for row in (0..self.rows().len()).map(row) {
-            let depths = self.depth.get(row.clone()).unwrap_or_default();
-            for depth in depths.iter().step_by(LINE / size_of::<f32>()) {
-                black_box(*depth);
-            }
-            let colors = self.color.get(row).unwrap_or_default();
-            for color in colors.iter().step_by(colors_in_line) {
-                black_box(*color);
-            }
-        }
-    }
-
-    /// The number of columns.
-    #[inline(always)]
-    pub(crate) fn width(&self) -> usize {
-        self.width
-    }
-
-    /// The rows of the framebuffer that it holds.
-    #[inline(always)]
-    pub(crate) fn rows(&self) -> Range<i32> {
-        self.first..self.first + (self.color.len() / self.width) as i32
-    }
-}
-
-impl<C: Send> Band<'_, C> {
-    /// The band in lower ones of `height` rows, the last with those that are left.
-    pub(crate) fn par_bands(
-        &mut self,
-        height: u32,
-    ) -> impl IndexedParallelIterator<Item = Band<'_, C>> {
-        let Self { first, column, width, .. } = *self;
-        let len = width * height as usize;
-        let bands = self.color.par_chunks_mut(len).zip(self.depth.par_chunks_mut(len));
-        bands.enumerate().map(move |(i, (color, depth))| {
-            let first = first + i as i32 * height as i32;
-            Band::new((column, first), width, color, depth)
-        })
+    fn target(&mut self) -> Target<'_, C> {
+        Target::from_checked(self.width, &mut self.color, &mut self.depth)
     }
 }
 
 impl<C: Copy + Add<Output = C> + Mul<f32, Output = C>> Framebuffer<C> {
     /// The picture at 1/`factor` of the width and height: each colour is the mean of a block of
-    /// `factor` x `factor` pixels, each depth the least of the block. Drawn large and reduced, a
+    /// `factor` x `factor` pixels, each depth the least of the block. Drawn large and downsampled, a
     /// picture in linear light is antialiased. Columns and rows that fill no block are left out; a
     /// factor of 0 counts as 1.
     ///
     /// # Errors
     /// When there is not enough memory for the pixels.
-    pub fn reduced(&self, factor: u32) -> Result<Self, SizeError> {
+    pub fn downsampled(&self, factor: u32) -> Result<Self, SizeError> {
         let factor = factor.max(1);
         let Some(&color) = self.color.first() else { return Ok(self.clone()) };
         let mut picture = Self::new(self.width / factor, self.height / factor, color)?;

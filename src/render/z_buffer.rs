@@ -3,268 +3,178 @@
 //!
 //! The comparison comes before the reciprocal and the shader, so hidden pixels cost neither.
 
-use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, f32x16, mask32x16};
+use fearless_simd::Level;
 
-use crate::fragment::{Fragment, FragmentBlock, LANES};
-use crate::outline::Outline;
-use crate::project::Viewport;
-use crate::render::framebuffer::Framebuffer;
-use crate::render::mesh::MeshScratch;
-use crate::render::raster::Raster;
-use crate::render::shader::{DepthOnly, Paint, PerBlock, PerFragment, Shader};
-use crate::scan::ScanConverter;
-use crate::vertex::Vertex;
-
-/// When a fragment passes, by its depth and the depth stored for its pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum DepthTest {
-    /// Never.
-    Never,
-    /// If its depth is less: the nearest wins, and the first of equals.
-    #[default]
-    Less,
-    /// If its depth is equal.
-    Equal,
-    /// If its depth is less or equal.
-    LessEqual,
-    /// If its depth is greater: for reversed depth, and for [`DepthSource::InverseW`].
-    Greater,
-    /// If its depth is different.
-    NotEqual,
-    /// If its depth is greater or equal.
-    GreaterEqual,
-    /// Always.
-    Always,
-}
-
-impl DepthTest {
-    /// Which lanes pass, a bit a lane.
-    #[inline(always)]
-    pub(crate) fn passes<S: Simd>(self, new: f32x16<S>, old: f32x16<S>) -> u32 {
-        // Less, equal or greater, and whether it is the others that pass, as NaN does then. All three
-        // are less code than a branch for each test.
-        let (less, equal, greater, others) = match self {
-            Self::Never => (false, false, false, false),
-            Self::Less => (true, false, false, false),
-            Self::Equal => (false, true, false, false),
-            Self::LessEqual => (true, true, false, false),
-            Self::Greater => (false, false, true, false),
-            Self::NotEqual => (false, true, false, true),
-            Self::GreaterEqual => (false, true, true, false),
-            Self::Always => (false, false, false, true),
-        };
-        let bits = |wanted: bool, mask: mask32x16<S>| {
-            if wanted { bitmask(new.simd, mask) } else { 0 }
-        };
-        let mut passes = bits(less, new.simd_lt(old));
-        passes |= bits(equal, new.simd_eq(old));
-        passes |= bits(greater, new.simd_gt(old));
-        if others { !passes } else { passes }
-    }
-}
-
-/// The lanes that are set, a bit a lane.
-#[inline(always)]
-fn bitmask<S: Simd>(simd: S, mask: mask32x16<S>) -> u32 {
-    if !simd.level().is_fallback() {
-        return mask.to_bitmask() as u32;
-    }
-    // Without SIMD a loop that the compiler may turn into it: a lane that is set has all bits.
-    let lanes = <[i32; LANES]>::from(mask);
-    lanes.iter().enumerate().fold(0, |bits, (lane, all)| bits | *all as u32 & 1 << lane)
-}
-
-/// What is compared and stored as depth.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum DepthSource {
-    /// z/w in the viewport's depth range. Right for any projection.
-    #[default]
-    Z,
-    /// 1/w, which is interpolated anyway (Low, "Perspective-Correct Interpolation", 2002). It grows
-    /// towards the eye: clear the depth to 0 and test with [`DepthTest::Greater`]. It tells nothing
-    /// in an orthographic projection, where all w are equal.
-    InverseW,
-}
+use crate::primitive::Primitive;
+use crate::render::band::Band;
+use crate::render::by_depth::sort_by_depth;
+use crate::render::depth::DepthTest;
+use crate::render::faces::{FaceList, MOST_AT_ONCE};
+use crate::render::front::{Renderer, drawing_methods};
+use crate::render::geometry::{Batch, GeometryMemory, Order};
+use crate::render::mesh::MeshMemory;
+use crate::render::parallel::Shading;
+use crate::render::raster::plan::Plan;
+use crate::render::raster::{self, RasterMemory};
+use crate::settings::{DrawCall, Settings};
+use crate::simd::for_level;
+use crate::view_volume::ClipPlane;
+use crate::viewport::{Rect, Viewport};
 
 /// Draws polygons into a framebuffer, hidden surfaces removed.
 ///
 /// ```
 /// use glam::vec4;
-/// use polyscan::{Framebuffer, Vertex, ZBuffer};
+/// use polyscan::{Framebuffer, Vertex, ZBufferRenderer};
 ///
 /// let mut frame = Framebuffer::new(4, 2, '.')?;
-/// let mut renderer = ZBuffer::new(frame.viewport());
+/// let mut renderer = ZBufferRenderer::new(frame.viewport());
 /// let quad = [(-1.0, -1.0), (0.0, -1.0), (0.0, 1.0), (-1.0, 1.0)]
 ///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
 /// renderer.draw(&mut frame, &quad, |_| '#');
 /// assert_eq!(frame.color(), ['#', '#', '.', '.', '#', '#', '.', '.']);
 /// # Ok::<(), polyscan::SizeError>(())
 /// ```
+///
+/// A polygon may have several contours, and so holes:
+///
+/// ```
+/// use glam::vec4;
+/// use polyscan::{FillRule, Framebuffer, Vertex, ZBufferRenderer};
+///
+/// let square = |size: f32| {
+///     [(-size, -size), (size, -size), (size, size), (-size, size)]
+///         .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []))
+/// };
+/// let (wall, window) = (square(1.0), square(0.5));
+/// let mut frame = Framebuffer::new(4, 4, '.')?;
+/// let mut renderer = ZBufferRenderer::new(frame.viewport());
+/// // Both run in the same direction, which is no hole by the non-zero rule.
+/// renderer.settings.fill_rule = FillRule::EvenOdd;
+/// renderer.draw(&mut frame, &[&wall[..], &window[..]], |_| '#');
+/// let rows: Vec<String> = frame.color().chunks(4).map(|row| row.iter().collect()).collect();
+/// assert_eq!(rows, ["####", "#..#", "#..#", "####"]);
+/// # Ok::<(), polyscan::SizeError>(())
+/// ```
 #[derive(Clone, Debug)]
-pub struct ZBuffer<const N: usize> {
-    /// Where and how polygons are scan-converted: viewport, scissor, culling, interpolation.
-    pub scan: ScanConverter<N>,
+pub struct ZBufferRenderer<const N: usize> {
+    /// Where and how polygons are brought to the screen.
+    pub settings: Settings<N>,
     /// When a fragment is drawn.
     pub depth_test: DepthTest,
     /// Whether the depth of a fragment that is drawn is stored.
     pub depth_write: bool,
-    /// What is compared and stored.
-    pub depth_source: DepthSource,
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
-    pub level: Level,
-    mesh: MeshScratch<N>,
+    pub simd_level: Level,
+    geometry: GeometryMemory<N>,
+    memory: Memory,
 }
 
-impl<const N: usize> ZBuffer<N> {
-    /// A renderer to a viewport, with the settings of [`ScanConverter::new`], that draws what has
-    /// less depth and stores it.
+/// Memory that is kept.
+#[derive(Clone, Debug, Default)]
+struct Memory {
+    planes: Vec<ClipPlane>,
+    sorted: FaceList,
+    mesh: MeshMemory,
+    primitive: Primitive,
+    raster: RasterMemory,
+}
+
+impl<const N: usize> ZBufferRenderer<N> {
+    /// A renderer to a viewport, with the settings of [`Settings::new`], that draws what is nearer and
+    /// stores its depth.
+    #[must_use]
     pub fn new(viewport: Viewport) -> Self {
         Self {
-            scan: ScanConverter::new(viewport),
+            settings: Settings::new(viewport),
             depth_test: DepthTest::default(),
             depth_write: true,
-            depth_source: DepthSource::default(),
-            level: Level::new(),
-            mesh: MeshScratch::default(),
+            simd_level: Level::new(),
+            geometry: GeometryMemory::default(),
+            memory: Memory::default(),
         }
     }
+}
 
-    /// Draws a polygon. `shader` is called once for each fragment that passes the depth test; it
-    /// returns a colour, an `Option` of one, where `None` discards the fragment, or a colour to be
-    /// blended; see [`Paint`].
-    ///
-    /// What does not lie on the framebuffer is left out. Any polygon is safe; see
-    /// [`ScanConverter::spans`] for what it covers.
-    ///
-    /// A polygon may have several contours, and so holes:
-    ///
-    /// ```
-    /// use glam::vec4;
-    /// use polyscan::{FillRule, Framebuffer, Vertex, ZBuffer};
-    ///
-    /// let square = |size: f32| {
-    ///     [(-size, -size), (size, -size), (size, size), (-size, size)]
-    ///         .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []))
-    /// };
-    /// let (wall, window) = (square(1.0), square(0.5));
-    /// let mut frame = Framebuffer::new(4, 4, '.')?;
-    /// let mut renderer = ZBuffer::new(frame.viewport());
-    /// // Both run in the same direction, which is no hole by the non-zero rule.
-    /// renderer.scan.fill_rule = FillRule::EvenOdd;
-    /// renderer.draw(&mut frame, &[&wall[..], &window[..]], |_| '#');
-    /// let rows: Vec<String> = frame.color().chunks(4).map(|row| row.iter().collect()).collect();
-    /// assert_eq!(rows, ["####", "#..#", "#..#", "####"]);
-    /// # Ok::<(), polyscan::SizeError>(())
-    /// ```
-    pub fn draw<C, R>(
-        &mut self,
-        frame: &mut Framebuffer<C>,
-        polygon: &(impl Outline<N> + ?Sized),
-        shader: impl Fn(&Fragment<'_, N>) -> R,
-    ) where
-        C: Copy,
-        R: Paint<C>,
-    {
-        self.draw_polygon(frame, polygon, &PerFragment(shader));
+drawing_methods!(ZBufferRenderer);
+
+impl<const N: usize> Renderer<N> for ZBufferRenderer<N> {
+    fn geometry(&mut self) -> &mut GeometryMemory<N> {
+        &mut self.geometry
     }
 
-    /// Draws a polygon by a shader of [`LANES`] pixels at a time: it is given a block of fragments
-    /// and the colours that their pixels have, which it replaces; those of lanes that are not
-    /// visible are put back. The compiler can turn a loop over the lanes into SIMD instructions,
-    /// for the best ones that the machine has.
-    ///
-    /// ```
-    /// use glam::vec4;
-    /// use polyscan::{Framebuffer, Vertex, ZBuffer};
-    ///
-    /// let mut frame = Framebuffer::new(100, 100, 0.0f32)?;
-    /// let mut renderer = ZBuffer::new(frame.viewport());
-    /// let triangle = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)]
-    ///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), [x, y]));
-    /// renderer.draw_blocks(&mut frame, &triangle, |block, colors| {
-    ///     let [u, v] = &block.params;
-    ///     for (color, (u, v)) in colors.iter_mut().zip(u.iter().zip(v)) {
-    ///         *color = u * u + v * v;
-    ///     }
-    /// });
-    /// # Ok::<(), polyscan::SizeError>(())
-    /// ```
-    pub fn draw_blocks<C: Copy>(
+    fn level(&self) -> Level {
+        self.simd_level
+    }
+
+    fn most_faces(&self) -> usize {
+        MOST_AT_ONCE
+    }
+
+    fn render(&mut self, batch: &Batch<'_>, width: u32, depth: &mut [f32], shading: Shading<'_>) {
+        let mut planes = std::mem::take(&mut self.memory.planes);
+        self.settings.collect_planes(&mut planes);
+        let height = depth.len().checked_div(width as usize).unwrap_or(0) as u32;
+        let call = self.settings.call(Rect { x: 0, y: 0, width, height }, &planes);
+        if !call.window.is_empty() {
+            let plan = Plan::new(self.depth_test, self.depth_write, call.depth);
+            let mut band = Band::new((0, 0), width as usize, depth);
+            self.memory.draw(&call, (self.simd_level, plan), batch, &mut band, shading);
+        }
+        self.memory.planes = planes;
+    }
+}
+
+impl Memory {
+    fn draw(
         &mut self,
-        frame: &mut Framebuffer<C>,
-        polygon: &(impl Outline<N> + ?Sized),
-        shader: impl Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
+        call: &DrawCall<'_>,
+        (level, plan): (Level, Plan),
+        batch: &Batch<'_>,
+        band: &mut Band<'_>,
+        shading: Shading<'_>,
     ) {
-        self.draw_polygon(frame, polygon, &PerBlock(shader));
+        if batch.is_first && batch.faces.len() == 1 {
+            return self.draw_one(call, (level, plan), batch, band, shading);
+        }
+        if batch.is_first {
+            self.mesh.project(call, level, batch.vertices);
+        }
+        let faces = match batch.order {
+            Order::BackToFront => {
+                sort_by_depth(call, batch.vertices, batch.faces, &mut self.sorted);
+                &self.sorted
+            }
+            Order::AsGiven | Order::Tree(..) => batch.faces,
+        };
+        self.mesh.draw(call, (level, plan), (batch.vertices, faces), band, shading);
     }
 
-    /// Draws the depth of a polygon alone: nothing is shaded, no parameter is evaluated.
-    pub fn draw_depth<C: Copy>(
+    /// Draws a single face, without the ado that many are worth.
+    fn draw_one(
         &mut self,
-        frame: &mut Framebuffer<C>,
-        polygon: &(impl Outline<N> + ?Sized),
+        call: &DrawCall<'_>,
+        (level, plan): (Level, Plan),
+        batch: &Batch<'_>,
+        band: &mut Band<'_>,
+        mut shading: Shading<'_>,
     ) {
-        self.draw_polygon(frame, polygon, &DepthOnly);
-    }
-
-    fn draw_polygon<C: Copy>(
-        &mut self,
-        frame: &mut Framebuffer<C>,
-        polygon: &(impl Outline<N> + ?Sized),
-        shader: &impl Shader<N, C>,
-    ) {
-        let raster = self.raster();
-        let spans = self.scan.spans_within(polygon, frame.rect());
-        let mut band = frame.band();
-        dispatch!(self.level, simd => raster.draw(simd, spans, &mut band, shader));
-    }
-
-    /// Draws the faces of a mesh, each a list of indices into `vertices`, in their order. A face
-    /// with an index out of range is left out.
-    ///
-    /// This is much faster than drawing the faces one by one: vertices are projected once each, and
-    /// with the feature `parallel` all processors that `rayon` knows of take part. The picture is
-    /// the same.
-    pub fn draw_mesh<C, R, F>(
-        &mut self,
-        frame: &mut Framebuffer<C>,
-        vertices: &[Vertex<N>],
-        faces: impl IntoIterator<Item = F>,
-        shader: impl Fn(&Fragment<'_, N>) -> R + Sync,
-    ) where
-        C: Copy + Send,
-        R: Paint<C>,
-        F: AsRef<[u32]>,
-    {
-        let how = (self.level, self.raster());
-        self.mesh.draw(&self.scan, how, frame, vertices, faces, &PerFragment(shader));
-    }
-
-    /// Draws a mesh by a shader of blocks, as [`draw_blocks`](Self::draw_blocks) does a polygon.
-    pub fn draw_mesh_blocks<C: Copy + Send, F: AsRef<[u32]>>(
-        &mut self,
-        frame: &mut Framebuffer<C>,
-        vertices: &[Vertex<N>],
-        faces: impl IntoIterator<Item = F>,
-        shader: impl Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]) + Sync,
-    ) {
-        let how = (self.level, self.raster());
-        self.mesh.draw(&self.scan, how, frame, vertices, faces, &PerBlock(shader));
-    }
-
-    /// Draws the depth of a mesh alone.
-    pub fn draw_mesh_depth<C: Copy + Send, F: AsRef<[u32]>>(
-        &mut self,
-        frame: &mut Framebuffer<C>,
-        vertices: &[Vertex<N>],
-        faces: impl IntoIterator<Item = F>,
-    ) {
-        let how = (self.level, self.raster());
-        self.mesh.draw(&self.scan, how, frame, vertices, faces, &DepthOnly);
-    }
-
-    fn raster(&self) -> Raster {
-        Raster { test: self.depth_test, write: self.depth_write, source: self.depth_source }
+        let (vertices, faces) = (batch.vertices, batch.faces);
+        if faces.get(0).iter().any(|&i| i as usize >= vertices.len()) {
+            return;
+        }
+        let Self { primitive, raster, .. } = self;
+        let contours =
+            faces.contours(0).map(|c| c.iter().filter_map(|&i| vertices.get(i)));
+        if !primitive.prepare(call, faces.number(0), contours, &call.window.rows) {
+            return;
+        }
+        let (surface, coverage) = primitive.parts();
+        let columns = &call.window.columns;
+        let shader = shading.on_one_thread();
+        for_level!(level, simd => {
+            raster::draw(simd, plan, (&surface, coverage), columns, band, raster, shader);
+        });
     }
 }

@@ -10,7 +10,7 @@ use glam::camera::rh::proj::{directx, opengl};
 use glam::camera::rh::view::look_at_mat4;
 use glam::{DVec3, DVec4, Mat4, Quat, Vec2, Vec3, Vec4, vec3};
 use polyscan::{
-    ClipSpace, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBuffer,
+    ClipSpace, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBufferRenderer,
 };
 
 use super::generators::Rng;
@@ -191,17 +191,17 @@ pub(crate) fn by_z_buffer(
     view: &View,
 ) -> Framebuffer<Option<Layer>> {
     let mut frame = view.frame();
-    let mut renderer = ZBuffer::new(frame.viewport());
-    renderer.scan.clip_space = view.clip_space;
-    renderer.depth_test = if view.reversed { DepthTest::Greater } else { DepthTest::Less };
-    renderer.draw_mesh(&mut frame, vertices, &scene.faces, |f| Some(Some(layer(f))));
+    let mut renderer = ZBufferRenderer::new(frame.viewport());
+    renderer.settings.clip_space = view.clip_space;
+    renderer.depth_test = if view.reversed { DepthTest::Farther } else { DepthTest::Nearer };
+    renderer.draw(&mut frame, polyscan::Mesh::new(vertices, &scene.faces), |f| Some(Some(layer(f))));
     frame
 }
 
 /// A scan converter that sees what the view does.
 pub(crate) fn scan(view: &View) -> ScanConverter<2> {
     let mut scan = ScanConverter::new(Viewport::new(WIDTH, HEIGHT).expect("small"));
-    scan.clip_space = view.clip_space;
+    scan.settings.clip_space = view.clip_space;
     scan
 }
 

@@ -45,8 +45,8 @@ pub(crate) fn counts<const N: usize>(
     let mut counts = vec![0; window.width as usize * window.height as usize];
     for polygon in polygons {
         for span in scan.spans(polygon) {
-            let row = span.y() as usize * window.width as usize;
-            for x in span.x() {
+            let row = span.row() as usize * window.width as usize;
+            for x in span.columns() {
                 counts[row + x as usize] += 1;
             }
         }

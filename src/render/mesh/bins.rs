@@ -2,49 +2,63 @@
 
 use std::ops::Range;
 
-use super::faces::Faces;
-use super::{BAND, Corners, Job, first};
-use crate::clip::{ClipVertex, Clipper, Outcode, Outcome};
-use crate::edge_table::{first_centre, signed_area, signed_area_of};
-use crate::number::{Each, TRIANGLES};
+use crate::clip::records::Records;
+use crate::coverage::area::signed_area;
 use crate::outline::Chain;
-use crate::project::FixedPoint;
-use crate::scan::Cull;
-use crate::vertex::Vertex;
+use crate::primitive::{ClippedPolygon, StoredPolygon};
+use crate::render::corners::ProjectedVertices;
+use crate::render::faces::FaceList;
+use crate::render::parallel::first;
+use crate::scalar::{BATCH, PerTriangle};
+use crate::settings::{Culled, DrawCall};
+use crate::subpixel::{SubpixelPoint, first_centre};
+use crate::vertices::Vertices;
+use crate::view_volume::Outcome;
+
+/// Rows in a band: with 1920 columns of 4-byte colours it takes 480 KiB, which fits the second
+/// cache of a processor, and small faces mostly lie in one band.
+pub(crate) const BAND: u32 = 32;
+
+/// A mesh being drawn: everything that is only read from here on.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshCall<'a> {
+    pub(crate) call: &'a DrawCall<'a>,
+    pub(crate) vertices: &'a dyn Vertices,
+    pub(crate) corners: &'a ProjectedVertices,
+    pub(crate) faces: &'a FaceList,
+}
 
 /// Some neighbouring faces, sorted into bins.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Chunk<const N: usize> {
+pub(crate) struct Chunk {
     /// For each band the faces that touch it.
-    pub(super) bins: Vec<Bin>,
+    pub(crate) bins: Vec<Bin>,
     /// The vertices of the faces that were clipped, end to end.
-    clipped: Vec<ClipVertex<N>>,
+    clipped: Records,
     /// Their chains, where they fell into parts.
     chains: Vec<Chain>,
     clipped_faces: Vec<ClippedFace>,
-    clipper: Clipper<N>,
-    polygon: Vec<Vertex<N>>,
-    outline: Vec<FixedPoint>,
+    polygon: ClippedPolygon,
 }
 
 /// The faces of a chunk that touch a band, in order.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Bin {
-    pub(super) faces: Vec<Binned>,
+pub(crate) struct Bin {
+    pub(crate) faces: Vec<Binned>,
     /// The columns that they extend over: the first, and the one after the last.
-    pub(super) columns: (i32, i32),
+    pub(crate) columns: (i32, i32),
 }
 
 /// A face in a bin.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Binned {
-    /// Its number in the batch.
-    pub(super) face: u32,
-    pub(super) kind: Kind,
+pub(crate) struct Binned {
+    /// Its number in the list of faces.
+    pub(crate) face: u32,
+    pub(crate) kind: FaceKind,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
+pub(crate) enum FaceKind {
     /// A triangle of three of the mesh's vertices.
     Triangle([u32; 3]),
     /// Another face that is whole.
@@ -60,43 +74,41 @@ struct ClippedFace {
     end: u32,
     /// The end of its chains.
     chains_end: u32,
-    /// Whether all its values are known to be affine on it.
-    affine: bool,
+    is_front: bool,
+    is_affine: bool,
 }
 
-impl<const N: usize> Job<'_, N> {
-    /// Sorts a chunk of the faces into bins.
+impl Chunk {
+    /// Sorts some of the faces into bins.
     #[inline(always)]
-    pub(super) fn bin(
-        &self,
-        corners: &Corners,
-        faces: &Faces,
-        part: Range<usize>,
-        bands: usize,
-        chunk: &mut Chunk<N>,
-    ) {
-        chunk.clear(bands);
-        for first in part.clone().step_by(TRIANGLES) {
-            let some = first..part.end.min(first + TRIANGLES);
-            if !self.bin_triangles(corners, faces, some.clone(), chunk) {
-                some.for_each(|face| self.bin_any(corners, faces, face, chunk));
+    pub(crate) fn fill(&mut self, mesh: &MeshCall<'_>, part: Range<usize>, bands: usize) {
+        self.clear(bands, mesh.call.params());
+        for first in part.clone().step_by(BATCH) {
+            let some = first..part.end.min(first + BATCH);
+            if !self.bin_triangles(mesh, some.clone()) {
+                some.for_each(|face| self.bin_any(mesh, face));
             }
         }
+    }
+
+    fn clear(&mut self, bands: usize, params: usize) {
+        for bin in first(&mut self.bins, bands) {
+            bin.faces.clear();
+            bin.columns = (i32::MAX, i32::MIN);
+        }
+        self.clipped.clear(params);
+        self.chains.clear();
+        self.clipped_faces.clear();
     }
 
     /// Sorts eight triangles into bins, if that is what the faces are and all of them are inside; whether
     /// it has done so. What is found for each is found for all at once.
     #[inline(always)]
-    fn bin_triangles(
-        &self,
-        corners: &Corners,
-        faces: &Faces,
-        some: Range<usize>,
-        chunk: &mut Chunk<N>,
-    ) -> bool {
+    fn bin_triangles(&mut self, mesh: &MeshCall<'_>, some: Range<usize>) -> bool {
+        let MeshCall { call, corners, faces, .. } = *mesh;
         let first = some.start;
         let Some(triangles) = faces.triangles(some) else { return false };
-        let mut points = [[FixedPoint::default(); TRIANGLES]; 3];
+        let mut points = [[SubpixelPoint::default(); BATCH]; 3];
         for (lane, indices) in triangles.iter().enumerate() {
             for (k, &i) in indices.iter().enumerate() {
                 let Some(&point) = corners.points.get(i as usize) else { return false };
@@ -104,20 +116,20 @@ impl<const N: usize> Job<'_, N> {
             }
         }
         let is_inside = |&i: &u32| corners.outcodes[i as usize].is_inside();
-        if !corners.inside && !triangles.as_flattened().iter().all(is_inside) {
+        if !corners.all_inside && !triangles.as_flattened().iter().all(is_inside) {
             return false;
         }
         // Plain loops without branches, which become SIMD.
-        let mut left_out = [false; TRIANGLES];
-        if self.scan.cull != Cull::None {
+        let mut left_out = [false; BATCH];
+        if call.culled != Culled::None {
             for (lane, left_out) in left_out.iter_mut().enumerate() {
                 let [a, b, c] = [points[0][lane], points[1][lane], points[2][lane]];
                 let [bx, by, cx, cy] = [b.x - a.x, b.y - a.y, c.x - a.x, c.y - a.y].map(i64::from);
-                *left_out = self.scan.cull.leaves_out((bx * cy - cx * by).into());
+                *left_out = call.culled.leaves_out((bx * cy - cx * by).into());
             }
         }
-        let columns = centres(&points, |p| p.x, &self.columns);
-        let rows = centres(&points, |p| p.y, &self.rows);
+        let columns = centres(&points, |p| p.x, &call.window.columns);
+        let rows = centres(&points, |p| p.y, &call.window.rows);
         let mut left = 0;
         for (lane, left_out) in left_out.iter().enumerate() {
             let has_columns = columns[0][lane] < columns[1][lane];
@@ -125,11 +137,11 @@ impl<const N: usize> Job<'_, N> {
             left |= u32::from(is_seen) << lane;
         }
         while left != 0 {
-            let lane = left.trailing_zeros() as usize % TRIANGLES;
+            let lane = left.trailing_zeros() as usize % BATCH;
             left &= left - 1;
             let columns = columns[0][lane]..columns[1][lane];
-            for bin in &mut chunk.bins[self.bands_of(rows[0][lane]..rows[1][lane])] {
-                bin.push((first + lane) as u32, Kind::Triangle(triangles[lane]), &columns);
+            for bin in &mut self.bins[bands_of(call, &(rows[0][lane]..rows[1][lane]))] {
+                bin.push((first + lane) as u32, FaceKind::Triangle(triangles[lane]), &columns);
             }
         }
         true
@@ -137,116 +149,77 @@ impl<const N: usize> Job<'_, N> {
 
     /// Sorts any face into bins.
     #[inline(never)]
-    fn bin_any(&self, corners: &Corners, faces: &Faces, face: usize, chunk: &mut Chunk<N>) {
+    fn bin_any(&mut self, mesh: &MeshCall<'_>, face: usize) {
+        let MeshCall { call, corners, faces, .. } = *mesh;
         let indices = faces.get(face);
-        // A face that has an index too far is left out.
-        if indices.len() < 3 || indices.iter().any(|&i| i as usize >= corners.points.len()) {
-            return;
-        }
-        match Outcode::outcome(indices.iter().map(|&i| corners.outcodes[i as usize])).0 {
+        match corners.outcome(indices) {
             Outcome::Outside => return,
-            Outcome::Inside => {}
-            Outcome::Clipped => return self.clip(face as u32, indices, chunk),
+            Outcome::Inside if !faces.has_contours() => {}
+            _ => return self.clip(mesh, face),
         }
         let point = |&i: &u32| corners.points[i as usize];
-        let area = || signed_area(indices, point);
-        let Some((bands, columns)) = self.bands(indices, point, area) else { return };
+        if call.culled != Culled::None && call.culled.leaves_out(signed_area(indices, point)) {
+            return;
+        }
+        let extent = call.window.extent(corners.points_of(indices));
+        let Some((columns, rows)) = extent else { return };
         let kind = match *indices {
-            [a, b, c] => Kind::Triangle([a, b, c]),
-            _ => Kind::Whole,
+            [a, b, c] => FaceKind::Triangle([a, b, c]),
+            _ => FaceKind::Whole,
         };
-        chunk.bins[bands].iter_mut().for_each(|bin| bin.push(face as u32, kind, &columns));
+        let bins = &mut self.bins[bands_of(call, &rows)];
+        bins.iter_mut().for_each(|bin| bin.push(face as u32, kind, &columns));
     }
 
     /// Clips a face and notes what is left.
     #[cold]
-    fn clip(&self, face: u32, indices: &[u32], chunk: &mut Chunk<N>) {
-        let Chunk { clipper, polygon, outline, clipped, chains, clipped_faces, .. } = chunk;
-        polygon.clear();
-        polygon.extend(indices.iter().map(|&i| self.vertices[i as usize]));
-        clipper.load(&*polygon, &self.scan.interpolation);
-        let outcome = clipper.clip_to_view(self.planes, &self.scan.interpolation);
-        if outcome == Outcome::Outside {
+    fn clip(&mut self, mesh: &MeshCall<'_>, face: usize) {
+        let MeshCall { call, vertices, faces, .. } = *mesh;
+        let Self { polygon, clipped, chains, clipped_faces, bins, .. } = self;
+        let contours = faces.contours(face);
+        if !polygon.clip(call, contours.map(|c| c.iter().filter_map(|&i| vertices.get(i)))) {
             return;
         }
-        let project = |v: &ClipVertex<N>| FixedPoint::project(v.position, &self.scan.viewport);
-        outline.clear();
-        outline.extend(clipper.vertices().iter().map(project));
-        let area = || signed_area_of(outline, clipper.chains());
-        let Some((bands, columns)) = self.bands(outline, |point| *point, area) else { return };
-        clipped.extend_from_slice(clipper.vertices());
-        chains.extend_from_slice(clipper.chains());
+        let extent = call.window.extent(polygon.points().iter().copied());
+        let Some((columns, rows)) = extent else { return };
+        clipped.extend_from(polygon.vertices());
+        chains.extend_from_slice(polygon.chains());
         let [end, chains_end] = [clipped.len(), chains.len()].map(|end| end as u32);
-        let affine = self.scan.is_affine(indices.len(), outcome);
-        let kind = Kind::Clipped(clipped_faces.len() as u32);
-        clipped_faces.push(ClippedFace { end, chains_end, affine });
-        chunk.bins[bands].iter_mut().for_each(|bin| bin.push(face, kind, &columns));
+        let kind = FaceKind::Clipped(clipped_faces.len() as u32);
+        let ClippedPolygon { is_front, is_affine, .. } = *polygon;
+        clipped_faces.push(ClippedFace { end, chains_end, is_front, is_affine });
+        let bins = &mut bins[bands_of(call, &rows)];
+        bins.iter_mut().for_each(|bin| bin.push(face as u32, kind, &columns));
     }
 
-    /// The bands that an outline touches, and the columns that it extends over; `None` if it has no
-    /// pixel, or is turned away.
-    #[inline(always)]
-    fn bands<V>(
-        &self,
-        outline: &[V],
-        point: impl Fn(&V) -> FixedPoint,
-        signed_area: impl FnOnce() -> i128,
-    ) -> Option<(Range<usize>, Range<i32>)> {
-        let cull = self.scan.cull;
-        if cull != Cull::None && cull.leaves_out(signed_area()) {
-            return None;
+    /// One of the faces that were clipped.
+    pub(crate) fn clipped(&self, number: usize) -> StoredPolygon<'_> {
+        let before = number.checked_sub(1).map(|before| self.clipped_faces[before]);
+        let (start, chains_start) = before.map_or((0, 0), |face| (face.end, face.chains_end));
+        let ClippedFace { end, chains_end, is_front, is_affine } = self.clipped_faces[number];
+        StoredPolygon {
+            vertices: &self.clipped,
+            range: start as usize..end as usize,
+            chains: &self.chains[chains_start as usize..chains_end as usize],
+            is_front,
+            is_affine,
         }
-        let extent = |coordinate: fn(FixedPoint) -> i32| {
-            let values = outline.iter().map(|v| coordinate(point(v)));
-            values.fold((i32::MAX, i32::MIN), |(min, max), v| (min.min(v), max.max(v)))
-        };
-        let (left, right) = extent(|p| p.x);
-        let (top, bottom) = extent(|p| p.y);
-        let columns =
-            first_centre(left).max(self.columns.start)..first_centre(right).min(self.columns.end);
-        let rows = first_centre(top).max(self.rows.start)..first_centre(bottom).min(self.rows.end);
-        if columns.is_empty() || rows.is_empty() {
-            return None;
-        }
-        Some((self.bands_of(rows), columns))
     }
+}
 
-    /// The bands that rows lie in.
-    #[inline(always)]
-    fn bands_of(&self, rows: Range<i32>) -> Range<usize> {
-        let corner = self.scan.viewport.rect().y;
-        let band = |row: i32| (row + corner) as usize / BAND as usize;
-        band(rows.start)..band(rows.end - 1) + 1
-    }
+/// The bands of the framebuffer that rows lie in.
+#[inline(always)]
+pub(crate) fn bands_of(call: &DrawCall<'_>, rows: &Range<i32>) -> Range<usize> {
+    let band = |row: i32| call.window.row_on_frame(row) / BAND as usize;
+    band(rows.start)..band(rows.end - 1) + 1
 }
 
 impl Bin {
     #[inline(always)]
-    fn push(&mut self, face: u32, kind: Kind, columns: &Range<i32>) {
+    fn push(&mut self, face: u32, kind: FaceKind, columns: &Range<i32>) {
         self.faces.push(Binned { face, kind });
         let (start, end) = self.columns;
         self.columns = (start.min(columns.start), end.max(columns.end));
-    }
-}
-
-impl<const N: usize> Chunk<N> {
-    fn clear(&mut self, bands: usize) {
-        for bin in first(&mut self.bins, bands) {
-            bin.faces.clear();
-            bin.columns = (i32::MAX, i32::MIN);
-        }
-        self.clipped.clear();
-        self.chains.clear();
-        self.clipped_faces.clear();
-    }
-
-    /// The vertices of a clipped face, its chains, and whether all its values are affine.
-    pub(super) fn clipped(&self, number: usize) -> (&[ClipVertex<N>], &[Chain], bool) {
-        let before = number.checked_sub(1).map(|before| self.clipped_faces[before]);
-        let (start, chains_start) = before.map_or((0, 0), |face| (face.end, face.chains_end));
-        let ClippedFace { end, chains_end, affine } = self.clipped_faces[number];
-        let vertices = &self.clipped[start as usize..end as usize];
-        (vertices, &self.chains[chains_start as usize..chains_end as usize], affine)
     }
 }
 
@@ -254,12 +227,12 @@ impl<const N: usize> Chunk<N> {
 /// of triangles.
 #[inline(always)]
 fn centres(
-    [a, b, c]: &[Each<FixedPoint>; 3],
-    coordinate: impl Fn(&FixedPoint) -> i32,
+    [a, b, c]: &[PerTriangle<SubpixelPoint>; 3],
+    coordinate: impl Fn(&SubpixelPoint) -> i32,
     within: &Range<i32>,
-) -> [Each<i32>; 2] {
-    let mut range = [[0; TRIANGLES]; 2];
-    for lane in 0..TRIANGLES {
+) -> [PerTriangle<i32>; 2] {
+    let mut range = [[0; BATCH]; 2];
+    for lane in 0..BATCH {
         let (a, b, c) = (coordinate(&a[lane]), coordinate(&b[lane]), coordinate(&c[lane]));
         range[0][lane] = first_centre(a.min(b).min(c)).max(within.start);
         range[1][lane] = first_centre(a.max(b).max(c)).min(within.end);

@@ -1,18 +1,18 @@
-//! Numbers that the set-up of polygons is written over: one of one polygon, or one of each of eight
-//! that are set up at once. Both are rounded alike, so both ways lead to the same bits.
+//! The scalar type that polygon set-up is generic over: an `f64` for one polygon, or eight lanes for
+//! eight triangles that are set up at once. Both are rounded alike, so both ways lead to the same bits.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x8, mask64x8};
 
-/// Triangles that are set up at once.
-pub(crate) const TRIANGLES: usize = 8;
+/// The number of triangles in a batch that is set up at once.
+pub(crate) const BATCH: usize = 8;
 
-/// A number of each of them.
-pub(crate) type Each<T = f64> = [T; TRIANGLES];
+/// One value for each triangle of a batch.
+pub(crate) type PerTriangle<T = f64> = [T; BATCH];
 
-/// A number of one polygon, or of each of several.
-pub(crate) trait Number:
+/// A number of one polygon, or of each triangle of a batch.
+pub(crate) trait Scalar:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -27,8 +27,8 @@ pub(crate) trait Number:
         + BitOr<Output = Self::Mask>
         + Not<Output = Self::Mask>;
 
-    /// As many of the given value as there are of this one.
-    fn all(self, value: f64) -> Self;
+    /// The given value in every lane.
+    fn splat(self, value: f64) -> Self;
 
     fn abs(self) -> Self;
 
@@ -42,7 +42,7 @@ pub(crate) trait Number:
 
     #[inline(always)]
     fn is_finite(self) -> Self::Mask {
-        self.abs().is_less(self.all(f64::INFINITY))
+        self.abs().is_less(self.splat(f64::INFINITY))
     }
 
     /// The lesser; `other` if either is NaN, or if both are zeros.
@@ -67,11 +67,11 @@ pub(crate) trait Number:
 /// What is left of an f64's bits in a power of two.
 const EXPONENT: u64 = 0x7ff << 52;
 
-impl Number for f64 {
+impl Scalar for f64 {
     type Mask = bool;
 
     #[inline(always)]
-    fn all(self, value: f64) -> Self {
+    fn splat(self, value: f64) -> Self {
         value
     }
 
@@ -96,12 +96,12 @@ impl Number for f64 {
     }
 }
 
-impl<S: Simd> Number for f64x8<S> {
+impl<S: Simd> Scalar for f64x8<S> {
     type Mask = mask64x8<S>;
 
     #[inline(always)]
-    fn all(self, value: f64) -> Self {
-        Self::splat(self.simd, value)
+    fn splat(self, value: f64) -> Self {
+        <Self as SimdBase<S>>::splat(self.simd, value)
     }
 
     #[inline(always)]

@@ -1,10 +1,12 @@
-//! The active edges of any outline.
+//! The active edges of any outline: those that cross the current row, sorted by column.
 
-use super::{Edge, FillRule, Run};
+use crate::coverage::edge::Edge;
+use crate::coverage::fill_rule::FillRule;
+use crate::coverage::run::Run;
 
 /// The active edges of any outline, sorted by column.
 #[derive(Debug)]
-pub(super) struct ActiveEdges<'a> {
+pub(crate) struct ActiveEdges<'a> {
     rule: FillRule,
     y: i32,
     active: &'a mut Vec<Edge>,
@@ -14,7 +16,7 @@ pub(super) struct ActiveEdges<'a> {
 }
 
 impl<'a> ActiveEdges<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         rest: std::slice::Iter<'a, Edge>,
         active: &'a mut Vec<Edge>,
         rule: FillRule,
@@ -59,7 +61,7 @@ impl<'a> ActiveEdges<'a> {
     }
 
     #[inline(never)]
-    pub(super) fn next_run(&mut self) -> Option<Run> {
+    pub(crate) fn next_run(&mut self) -> Option<Run> {
         loop {
             if let Some(run) = self.run_in_row() {
                 return Some(run);

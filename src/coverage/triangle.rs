@@ -3,20 +3,30 @@
 
 use std::ops::Range;
 
-use super::HALF;
-use super::convex::{ConvexOutline, ROWS, RunGroup};
-use crate::number::{Each, Number, TRIANGLES};
-use crate::project::SUBPIXELS;
+use crate::coverage::convex::ConvexOutline;
+use crate::coverage::run::{ROWS, RunGroup};
+use crate::round::{ROUND, integer};
+use crate::scalar::{BATCH, PerTriangle, Scalar};
+use crate::subpixel::{HALF_PIXEL, SUBPIXELS};
 
-/// A triangle as three lines, or eight such triangles. What is between the lines in a row is the row's
+/// A triangle as three lines, or a batch of such triangles. What is between the lines in a row is the row's
 /// run: a row belongs to two edges, and the third's line, drawn out, lies outside of them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Triangle<T> {
-    sides: [Line<T>; 3],
+pub(crate) struct TriangleEdges<T> {
+    sides: [EdgeLine<T>; 3],
     /// The columns that it extends over, and the rows of those to visit, [`ROUND`] added: the first
     /// and the one after the last.
     columns: [T; 2],
     rows: [T; 2],
+}
+
+/// What is to be known of a triangle before its lines are used.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TriangleTraits<T: Scalar> {
+    /// Whether the lines are exact: they must not be used if not.
+    pub(crate) is_exact: T::Mask,
+    /// Whether it runs clockwise as seen on the screen.
+    pub(crate) is_clockwise: T::Mask,
 }
 
 /// The line through an edge of a triangle.
@@ -27,7 +37,7 @@ pub(crate) struct Triangle<T> {
 /// would change. With |p| < 2^49 the sum is exact in f64, and the product with the reciprocal is off
 /// by less than 2^49 / u * 2^-52: the column is exact.
 #[derive(Clone, Copy, Debug, Default)]
-struct Line<T> {
+struct EdgeLine<T> {
     /// p + (u - 1) / 2 in the first row to visit.
     at: T,
     /// The change of p from row to row.
@@ -40,9 +50,6 @@ struct Line<T> {
     end: T,
 }
 
-/// Added to a number below 2^51, this leaves the nearest integer in the lowest bits.
-const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
-
 /// Out of the way of every column.
 const ASIDE: f64 = (1u64 << 48) as f64;
 
@@ -50,39 +57,39 @@ const ASIDE: f64 = (1u64 << 48) as f64;
 /// 2^26 subpixels from the origin.
 const EXACT: f64 = (1u64 << 22) as f64;
 
-impl<T: Copy> Triangle<T> {
-    /// The triangle of three points, in subpixels, as far as it is in the given rows. Tells whether the
-    /// lines are exact: they must not be used if not.
+impl<T: Copy> TriangleEdges<T> {
+    /// The triangle of three points, in subpixels, as far as it is in the given rows, and what is to be
+    /// known of it.
     #[inline(always)]
-    pub(crate) fn new(points: [[T; 2]; 3], within: &Range<i32>) -> (Self, T::Mask)
+    pub(crate) fn new(points: [[T; 2]; 3], within: &Range<i32>) -> (Self, TriangleTraits<T>)
     where
-        T: Number,
+        T: Scalar,
     {
         let [[ax, ay], [bx, by], [cx, cy]] = points;
-        let zero = ax.all(0.0);
+        let zero = ax.splat(0.0);
         let area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
         let ([left, right], [top, bottom]) = (T::range([ax, bx, cx]), T::range([ay, by, cy]));
-        let is_too_large = zero.all(EXACT).is_less((right - left).greater(bottom - top));
+        let is_too_large = zero.splat(EXACT).is_less((right - left).greater(bottom - top));
         let [start, end] = [within.start, within.end].map(|y| f64::from(y) + ROUND);
-        let start = rounded_centre(top).greater(zero.all(start));
-        let end = rounded_centre(bottom).lesser(zero.all(end));
+        let start = rounded_centre(top).greater(zero.splat(start));
+        let end = rounded_centre(bottom).lesser(zero.splat(end));
         let has_area = zero.is_less(area.abs());
         let rows = [start, T::select(has_area, end, start)];
         let columns = [rounded_centre(left), rounded_centre(right)];
         let (y, is_clockwise) = (start - ROUND, zero.is_less(area));
         let [a, b, c] = points;
-        let ab = Line::new(a, b, y, is_clockwise);
-        let bc = Line::new(b, c, y, is_clockwise);
-        let ca = Line::new(c, a, y, is_clockwise);
+        let ab = EdgeLine::new(a, b, y, is_clockwise);
+        let bc = EdgeLine::new(b, c, y, is_clockwise);
+        let ca = EdgeLine::new(c, a, y, is_clockwise);
         let triangle = Self { sides: [ab, bc, ca], columns, rows };
-        (triangle, !is_too_large)
+        (triangle, TriangleTraits { is_exact: !is_too_large, is_clockwise })
     }
 
     /// `f` of each number.
     #[inline(always)]
-    pub(crate) fn map<U>(&self, f: impl Fn(&T) -> U + Copy) -> Triangle<U> {
+    pub(crate) fn map<U>(&self, f: impl Fn(&T) -> U + Copy) -> TriangleEdges<U> {
         let Self { sides: [a, b, c], columns: [left, right], rows: [first, last] } = self;
-        Triangle {
+        TriangleEdges {
             sides: [a.map(f), b.map(f), c.map(f)],
             columns: [f(left), f(right)],
             rows: [f(first), f(last)],
@@ -90,67 +97,68 @@ impl<T: Copy> Triangle<T> {
     }
 }
 
-impl<T> Line<T> {
+impl<T> EdgeLine<T> {
     /// `f` of each number.
     #[inline(always)]
-    fn map<U>(&self, f: impl Fn(&T) -> U) -> Line<U> {
+    fn map<U>(&self, f: impl Fn(&T) -> U) -> EdgeLine<U> {
         let Self { at, step, per_unit, start, end } = self;
-        Line { at: f(at), step: f(step), per_unit: f(per_unit), start: f(start), end: f(end) }
+        EdgeLine { at: f(at), step: f(step), per_unit: f(per_unit), start: f(start), end: f(end) }
     }
 }
 
-impl Triangle<Each> {
-    /// The triangle of an outline, if it is one and the lines are exact; all are the same.
+impl TriangleEdges<PerTriangle> {
+    /// The triangle of an outline, if it is one and the lines are exact. All lanes are the same: a row
+    /// of one triangle is found by the code that finds a row of one of eight.
     #[inline(always)]
-    pub(super) fn of(ConvexOutline { points, rows }: &ConvexOutline<'_>) -> Option<Self> {
-        let &[a, b, c] = *points else { return None };
+    pub(crate) fn of(outline: &ConvexOutline<'_>) -> Option<Self> {
+        let &[a, b, c] = outline.points else { return None };
         let points = [a, b, c].map(|point| [point.x, point.y].map(f64::from));
-        let (triangle, is_exact) = Triangle::new(points, rows);
-        is_exact.then_some(triangle.map(|value| [*value; TRIANGLES]))
+        let (triangle, traits) = TriangleEdges::new(points, &outline.rows());
+        traits.is_exact.then_some(triangle.map(|value| [*value; BATCH]))
     }
 }
 
-/// One of several triangles. Its numbers stay where they are: a row needs each of them only once.
+/// One triangle of a batch. Its numbers stay where they are: a row needs each of them only once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OneTriangle<'a> {
-    pub(crate) lines: &'a Triangle<Each>,
-    pub(crate) number: usize,
+pub(crate) struct BatchLane<'a> {
+    pub(crate) edges: &'a TriangleEdges<PerTriangle>,
+    pub(crate) lane: usize,
 }
 
-impl OneTriangle<'_> {
+impl BatchLane<'_> {
     #[inline(always)]
-    fn one(self, each: &Each) -> f64 {
-        each[self.number % TRIANGLES]
+    fn one(self, each: &PerTriangle) -> f64 {
+        each[self.lane % BATCH]
     }
 
     #[inline(always)]
-    fn integers(self, [first, end]: &[Each; 2]) -> Range<i32> {
+    fn integers(self, [first, end]: &[PerTriangle; 2]) -> Range<i32> {
         integer(self.one(first))..integer(self.one(end))
     }
 
     /// The columns, of those given, and the rows that it extends over, if any.
     #[inline(always)]
     pub(crate) fn extent(self, columns: &Range<i32>) -> Option<(Range<i32>, Range<i32>)> {
-        let Range { start, end } = self.integers(&self.lines.columns);
+        let Range { start, end } = self.integers(&self.edges.columns);
         let columns = start.max(columns.start)..end.min(columns.end);
-        let rows = self.integers(&self.lines.rows);
+        let rows = self.integers(&self.edges.rows);
         (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 }
 
-impl<T: Number> Line<T> {
+impl<T: Scalar> EdgeLine<T> {
     /// The line through `a` and `b` from row `y` on. In a triangle that runs clockwise, an edge that
     /// runs down is on the right.
     #[inline(always)]
     fn new(a: [T; 2], b: [T; 2], y: T, is_clockwise: T::Mask) -> Self {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-        let (zero, one) = (dy.all(0.0), dy.all(1.0));
+        let (zero, one) = (dy.splat(0.0), dy.splat(1.0));
         let (is_up, is_down) = (dy.is_less(zero), zero.is_less(dy));
         let is_right = is_clockwise & is_down | !is_clockwise & is_up;
         let is_left = is_clockwise & is_up | !is_clockwise & is_down;
-        let downwards = T::select(is_up, dy.all(-1.0), one);
+        let downwards = T::select(is_up, dy.splat(-1.0), one);
         let (dx, dy) = (dx * downwards, dy * downwards);
-        let (subpixels, half) = (f64::from(SUBPIXELS), HALF as f64);
+        let (subpixels, half) = (f64::from(SUBPIXELS), HALF_PIXEL as f64);
         let unit = T::select(is_up | is_down, dy * subpixels, one);
         let below = y * subpixels + half - a[1];
         let position = (a[0] - half) * dy + below * dx;
@@ -158,15 +166,15 @@ impl<T: Number> Line<T> {
             at: position + (unit - 1.0) * 0.5,
             step: dx * subpixels,
             per_unit: one / unit,
-            start: T::select(is_left, dy.all(ROUND), dy.all(ROUND - ASIDE)),
-            end: T::select(is_right, dy.all(ROUND), dy.all(ROUND + ASIDE)),
+            start: T::select(is_left, dy.splat(ROUND), dy.splat(ROUND - ASIDE)),
+            end: T::select(is_right, dy.splat(ROUND), dy.splat(ROUND + ASIDE)),
         }
     }
 }
 
 /// The rows of a triangle, to be visited from top to bottom.
-pub(super) struct TriangleRows<'a> {
-    triangle: OneTriangle<'a>,
+pub(crate) struct TriangleRows<'a> {
+    triangle: BatchLane<'a>,
     first: i32,
     y: i32,
     end: i32,
@@ -174,15 +182,15 @@ pub(super) struct TriangleRows<'a> {
 
 impl<'a> TriangleRows<'a> {
     #[inline(always)]
-    pub(super) fn new(triangle: OneTriangle<'a>) -> Self {
-        let Range { start, end } = triangle.integers(&triangle.lines.rows);
+    pub(crate) fn new(triangle: BatchLane<'a>) -> Self {
+        let Range { start, end } = triangle.integers(&triangle.edges.rows);
         Self { triangle, first: start, y: start, end }
     }
 
     /// Finds the next rows, if any; whether they are the last.
     #[inline(always)]
-    pub(super) fn next_group(&mut self, group: &mut RunGroup) -> bool {
-        let Triangle { sides, columns: [left, right], .. } = self.triangle.lines;
+    pub(crate) fn next_group(&mut self, group: &mut RunGroup) -> bool {
+        let TriangleEdges { sides, columns: [left, right], .. } = self.triangle.edges;
         let (left, right) = (self.triangle.one(left), self.triangle.one(right));
         let (mut start, mut end) = ([left; ROWS], [right; ROWS]);
         let done = f64::from(self.y - self.first);
@@ -207,41 +215,24 @@ impl<'a> TriangleRows<'a> {
 /// The first column or row whose centre is at or behind `p` subpixels, [`ROUND`] added. Half a
 /// subpixel before a centre is half-way between two.
 #[inline(always)]
-fn rounded_centre<T: Number>(p: T) -> T {
+fn rounded_centre<T: Scalar>(p: T) -> T {
     (p - 0.5) * (1.0 / f64::from(SUBPIXELS)) + ROUND
-}
-
-/// The integer that [`ROUND`] was added to.
-#[inline(always)]
-fn integer(value: f64) -> i32 {
-    value.to_bits() as i32
 }
 
 #[cfg(test)]
 mod tests {
     use std::ops::Range;
 
-    use crate::edge_table::convex::{ActivePair, ConvexOutline, RunGroups};
-    use crate::project::FixedPoint;
-
-    /// Marsaglia's xorshift.
-    struct Rng(u64);
-
-    impl Rng {
-        fn within(&mut self, range: Range<i32>) -> i32 {
-            self.0 ^= self.0 << 13;
-            self.0 ^= self.0 >> 7;
-            self.0 ^= self.0 << 17;
-            let len = i64::from(range.end) - i64::from(range.start);
-            (i64::from(range.start) + (self.0 >> 16) as i64 % len) as i32
-        }
-    }
+    use crate::coverage::convex::{ActivePair, ConvexOutline};
+    use crate::coverage::shape::Coverage;
+    use crate::subpixel::SubpixelPoint;
+    use crate::test_rng::Rng;
 
     /// The runs of a triangle, found by its lines, and by its active edges as every other outline's.
-    fn both_ways(points: &[FixedPoint], rows: Range<i32>) -> [Vec<(i32, Range<i32>)>; 2] {
-        let outline = ConvexOutline { points, rows };
+    fn both_ways(points: &[SubpixelPoint], rows: Range<i32>) -> [Vec<(i32, Range<i32>)>; 2] {
+        let outline = ConvexOutline { points, first_row: rows.start, end_row: rows.end };
         let mut at_once = Vec::new();
-        RunGroups::Outline(outline.clone()).for_each(false, |group| {
+        Coverage::Convex(outline).for_each_group(false, |group| {
             let runs = (0..group.len).map(|row| group.run(row)).filter(|run| !run.x.is_empty());
             at_once.extend(runs.map(|run| (run.y, run.x)));
         });
@@ -262,7 +253,7 @@ mod tests {
                 // The largest size is wanted, too.
                 if offset + unit >= size { corner + size } else { corner + offset }
             };
-            let points = [0; 3].map(|_| FixedPoint { x: place(corner[0]), y: place(corner[1]) });
+            let points = [0; 3].map(|_| SubpixelPoint { x: place(corner[0]), y: place(corner[1]) });
             let middle = (corner[1] + rng.within(0..size)) / 256;
             let rows = middle - rng.within(0..400)..middle + rng.within(0..400);
             let [at_once, one_by_one] = both_ways(&points, rows.clone());

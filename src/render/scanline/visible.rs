@@ -1,7 +1,7 @@
 //! Visible surfaces along one row, and the order of the transparent ones over them.
 //!
 //! The runs of all faces that cross the row go in, each with its depth as a line over the columns.
-//! Out come strokes: parts of runs, in the order in which they are to be painted.
+//! Out come visible_runs: parts of runs, in the order in which they are to be painted.
 //!
 //! The opaque runs are put into layers, none of which has two runs at one column, and the layers
 //! are merged in pairs until one is left: the lower envelope of the depths. Where two layers meet,
@@ -34,7 +34,7 @@ pub(crate) struct DepthLine {
 impl DepthLine {
     /// The depth at a column: the same two operations as [`Block::depth`], so the same bits.
     ///
-    /// [`Block::depth`]: crate::fragment::Block::depth
+    /// [`Block::depth`]: crate::fragment::block::Block::depth
     #[inline]
     fn depth(self, x: i32) -> f32 {
         (x - self.x) as f32 * self.delta + self.at
@@ -130,7 +130,7 @@ struct Piece {
 
 /// A part of a run to be painted.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Stroke {
+pub(crate) struct VisibleRun {
     pub(crate) columns: Range<i32>,
     /// The number that the run was added with.
     pub(crate) run: u32,
@@ -148,7 +148,7 @@ pub(crate) struct Row {
     merged: Vec<Piece>,
     /// The transparent candidates at a column.
     set: Vec<u32>,
-    strokes: Vec<Stroke>,
+    visible_runs: Vec<VisibleRun>,
 }
 
 impl Row {
@@ -188,20 +188,20 @@ impl Row {
 
     /// What is to be painted: the visible parts of the opaque runs, each column once, and then
     /// transparent runs from back to front at each column, whether hidden by opaque ones or not.
-    pub(crate) fn strokes(&mut self) -> &[Stroke] {
-        self.strokes.clear();
+    pub(crate) fn visible_runs(&mut self) -> &[VisibleRun] {
+        self.visible_runs.clear();
         let layers = self.fill_layers();
         self.merge_layers(layers);
         if let Some(envelope) = self.layers.first().filter(|_| layers > 0) {
-            let stroke = |piece: &Piece| Stroke {
+            let visible_run = |piece: &Piece| VisibleRun {
                 columns: piece.start..piece.end,
                 run: self.opaque[piece.candidate as usize].run,
                 transparent: false,
             };
-            self.strokes.extend(envelope.iter().map(stroke));
+            self.visible_runs.extend(envelope.iter().map(visible_run));
         }
         self.sort_transparent();
-        &self.strokes
+        &self.visible_runs
     }
 
     /// Puts each opaque candidate into a layer that ends before it; how many layers there are.
@@ -244,7 +244,7 @@ impl Row {
         }
     }
 
-    /// Appends the strokes of the transparent candidates.
+    /// Appends the visible_runs of the transparent candidates.
     fn sort_transparent(&mut self) {
         self.transparent.sort_unstable_by_key(|candidate| (candidate.start, candidate.face));
         self.set.clear();
@@ -263,8 +263,8 @@ impl Row {
             let next = rest.peek().map_or(i32::MAX, |(_, candidate)| candidate.start);
             let columns = x..self.set.iter().map(end).fold(next, i32::min);
             x = columns.end;
-            paint_back_to_front(&self.transparent, &mut self.set, columns, |stroke| {
-                self.strokes.push(stroke);
+            paint_back_to_front(&self.transparent, &mut self.set, columns, |visible_run| {
+                self.visible_runs.push(visible_run);
             });
         }
     }
@@ -276,7 +276,7 @@ fn paint_back_to_front(
     candidates: &[Candidate],
     set: &mut [u32],
     columns: Range<i32>,
-    mut paint: impl FnMut(Stroke),
+    mut paint: impl FnMut(VisibleRun),
 ) {
     let mut x = columns.start;
     while x < columns.end {
@@ -293,7 +293,7 @@ fn paint_back_to_front(
             end = end.min(unclear.start.max(x + 1));
         }
         for &i in set.iter().rev() {
-            paint(Stroke { columns: x..end, run: candidate(i).run, transparent: true });
+            paint(VisibleRun { columns: x..end, run: candidate(i).run, transparent: true });
         }
         x = end;
     }

@@ -1,92 +1,42 @@
 //! Convex outlines. A row of one has one run, so it needs no table: two active edges walk down its
-//! left and its right side. And of a triangle, whose edges are few, the runs of several rows are
-//! found at once.
+//! left and its right side.
 
 use std::ops::Range;
 
-use super::triangle::{OneTriangle, Triangle, TriangleRows};
-use super::{Edge, Run, first_centre, signed_area};
-use crate::project::FixedPoint;
-
-/// Rows whose runs are found at a time.
-pub(crate) const ROWS: usize = 8;
-
-/// The runs of neighbouring rows of a convex outline; they may be empty.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RunGroup {
-    /// The first row.
-    pub(crate) y: i32,
-    /// The number of rows.
-    pub(crate) len: usize,
-    pub(crate) start: [i32; ROWS],
-    pub(crate) end: [i32; ROWS],
-    /// The edges on the left and on the right, unless they are not asked for.
-    pub(crate) edges: [[u32; 2]; ROWS],
-}
-
-impl RunGroup {
-    const EMPTY: Self =
-        Self { y: 0, len: 0, start: [0; ROWS], end: [0; ROWS], edges: [[0; 2]; ROWS] };
-
-    /// The run of a row.
-    #[inline(always)]
-    pub(crate) fn run(&self, row: usize) -> Run {
-        let (y, x) = (self.y + row as i32, self.start[row]..self.end[row]);
-        Run { y, x, edges: self.edges[row] }
-    }
-}
+use crate::coverage::area::signed_area;
+use crate::coverage::edge::Edge;
+use crate::coverage::run::{ROWS, Run, RunGroup};
+use crate::subpixel::{SubpixelPoint, first_centre};
 
 /// A convex outline, and the rows to visit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct ConvexOutline<'a> {
-    pub(super) points: &'a [FixedPoint],
-    pub(super) rows: Range<i32>,
+    pub(crate) points: &'a [SubpixelPoint],
+    pub(crate) first_row: i32,
+    pub(crate) end_row: i32,
 }
 
-/// A convex outline whose runs are to be found in groups of rows.
-#[derive(Clone, Debug)]
-pub(crate) enum RunGroups<'a> {
-    Outline(ConvexOutline<'a>),
-    /// A triangle whose lines are known, and exact.
-    Triangle(OneTriangle<'a>),
-}
+impl ConvexOutline<'_> {
+    pub(crate) fn rows(&self) -> Range<i32> {
+        self.first_row..self.end_row
+    }
 
-impl RunGroups<'_> {
-    /// Calls `f` for groups of runs, from top to bottom; `edges` says whether the edges of each run
-    /// are asked for. Of a triangle whose lines are known they are not.
+    /// The columns and rows, of those given, that the outline extends over, if any.
     #[inline(always)]
-    pub(crate) fn for_each(&self, edges: bool, mut f: impl FnMut(&RunGroup)) {
-        let mut group = RunGroup::EMPTY;
-        let found;
-        // Two options, not one enum: the rows of a triangle are to stay in registers.
-        let (mut rows, mut pair) = (None, None);
-        match self {
-            Self::Triangle(triangle) => rows = Some(TriangleRows::new(*triangle)),
-            Self::Outline(outline) => {
-                found = if edges { None } else { Triangle::of(outline) };
-                match &found {
-                    Some(lines) => rows = Some(TriangleRows::new(OneTriangle { lines, number: 0 })),
-                    None => pair = Some(ActivePair::new(outline)),
-                }
-            }
-        }
-        loop {
-            let is_last = match (&mut rows, &mut pair) {
-                (Some(rows), _) => rows.next_group(&mut group),
-                (None, Some(pair)) => pair.next_group(&mut group),
-                (None, None) => return,
-            };
-            f(&group);
-            if is_last {
-                return;
-            }
-        }
+    pub(crate) fn extent(&self, columns: &Range<i32>) -> Option<(Range<i32>, Range<i32>)> {
+        let extent = |within: &Range<i32>, coordinate: fn(&SubpixelPoint) -> i32| {
+            let values = self.points.iter().map(coordinate);
+            let (min, max) = values.fold((i32::MAX, i32::MIN), |(a, b), v| (a.min(v), b.max(v)));
+            first_centre(min).max(within.start)..first_centre(max).min(within.end)
+        };
+        let (columns, rows) = (extent(columns, |p| p.x), extent(&self.rows(), |p| p.y));
+        (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 }
 
 /// Whether an outline winds once around a convex region, or has no area. Going around it, a
 /// convex outline never turns both left and right, and it turns downwards only once.
-pub(super) fn is_convex(outline: &[FixedPoint]) -> bool {
+pub(crate) fn is_convex(outline: &[SubpixelPoint]) -> bool {
     if outline.len() <= 3 {
         return true;
     }
@@ -117,7 +67,7 @@ pub(super) fn is_convex(outline: &[FixedPoint]) -> bool {
 /// The two active edges of a convex outline, left and right. Each is one of the edges that lead from
 /// the outline's top to its bottom on one side; when it ends, the next one takes its place.
 #[derive(Debug)]
-pub(super) struct ActivePair<'a> {
+pub(crate) struct ActivePair<'a> {
     left: Side<'a>,
     right: Side<'a>,
     /// `None` when the last row is done.
@@ -129,7 +79,7 @@ pub(super) struct ActivePair<'a> {
 /// The vertices of a convex outline in the order in which one of its sides runs down.
 #[derive(Debug)]
 struct Side<'a> {
-    outline: &'a [FixedPoint],
+    outline: &'a [SubpixelPoint],
     rows: Range<i32>,
     /// The vertex that has been reached.
     at: usize,
@@ -162,7 +112,8 @@ impl Side<'_> {
 
 impl<'a> ActivePair<'a> {
     #[inline(never)]
-    pub(super) fn new(ConvexOutline { points: outline, rows }: &ConvexOutline<'a>) -> Self {
+    pub(crate) fn new(convex: &ConvexOutline<'a>) -> Self {
+        let (outline, rows) = (convex.points, convex.rows());
         let area = signed_area(outline, |point| *point);
         let side = |at, forward| Side { outline, rows: rows.clone(), at, forward };
         let mut top = 0;
@@ -212,10 +163,10 @@ impl<'a> ActivePair<'a> {
         Some(run)
     }
 
-    /// Finds the next rows, if any; whether they are the last. Outlined: what is drawn in the rows
-    /// takes longer than a call.
+    /// Finds the next rows, if any; whether they are the last. Not inlined: one call a group is cheap
+    /// beside drawing its rows.
     #[inline(never)]
-    fn next_group(&mut self, group: &mut RunGroup) -> bool {
+    pub(crate) fn next_group(&mut self, group: &mut RunGroup) -> bool {
         *group = RunGroup::EMPTY;
         while group.len < ROWS {
             let Some(Run { y, x, edges }) = self.next_row() else { break };

@@ -1,0 +1,226 @@
+//! Blocks: sixteen pixels of a polygon, evaluated at once.
+//!
+//! ```text
+//!     in the row of a long run:       [0 1 2 3 4 5 6 7 8 9 . . . . . 15]
+//!
+//!     in two rows of short runs:      [0 1 2 3 4 5 6 7]
+//!                                     [8 9 . . . .  15]
+//! ```
+//!
+//! Each value is what it is at one pixel of its run, plus a multiple of its change per pixel.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFrom, SimdMask, f32x16, mask32x16};
+
+use crate::coverage::run::ROWS;
+use crate::surface::base::{Divide, WRange};
+use crate::surface::rows::{RowLine, RowValues, SurfaceView};
+
+/// The number of pixels in a block.
+pub const LANES: usize = 16;
+
+/// One value for each pixel of a block.
+pub type Lanes = [f32; LANES];
+
+/// All lanes of a block, a bit a lane.
+pub(crate) const ALL: u32 = (1 << LANES) - 1;
+
+/// The number of pixels in each half of a block.
+pub(crate) const HALF_BLOCK: usize = LANES / 2;
+
+/// Which rows of a group the pixels of a block are in.
+pub(crate) trait BlockRows: Copy {
+    /// The value of each lane's row.
+    fn at<S: Simd>(self, simd: S, line: &RowLine) -> f32x16<S>;
+}
+
+/// All pixels are in one row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OneRow(pub(crate) usize);
+
+/// Each half of the pixels is in a row of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TwoRows(pub(crate) [usize; 2]);
+
+impl BlockRows for OneRow {
+    #[inline(always)]
+    fn at<S: Simd>(self, simd: S, line: &RowLine) -> f32x16<S> {
+        f32x16::splat(simd, line.at[self.0 % ROWS])
+    }
+}
+
+impl BlockRows for TwoRows {
+    #[inline(always)]
+    fn at<S: Simd>(self, simd: S, line: &RowLine) -> f32x16<S> {
+        let [lower, upper] = self.0;
+        halves(simd, [line.at[lower % ROWS], line.at[upper % ROWS]])
+    }
+}
+
+/// Some pixels of a polygon: their rows, and how far each is from the pixel of its run where values are
+/// given: whole numbers, exact in f32.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block<S: Simd, R> {
+    rows: R,
+    steps: f32x16<S>,
+}
+
+impl<S: Simd> Block<S, OneRow> {
+    /// Neighbours in a row, the first of which is `steps` from the pixel where values are given.
+    #[inline(always)]
+    pub(crate) fn in_row(simd: S, row: usize, steps: f32) -> Self {
+        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+        Self { rows: OneRow(row), steps: f32x16::simd_from(simd, LANE) + steps }
+    }
+
+    /// Goes on to the next block in the row.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self) {
+        self.steps += LANES as f32;
+    }
+}
+
+impl<S: Simd> Block<S, TwoRows> {
+    /// The first pixels of two rows, or of two places in one.
+    #[inline(always)]
+    pub(crate) fn in_two_rows(simd: S, rows: [usize; 2], steps: [f32; 2]) -> Self {
+        const LANE: Lanes = [0., 1., 2., 3., 4., 5., 6., 7., 0., 1., 2., 3., 4., 5., 6., 7.];
+        Self { rows: TwoRows(rows), steps: f32x16::simd_from(simd, LANE) + halves(simd, steps) }
+    }
+}
+
+impl<S: Simd, R: BlockRows> Block<S, R> {
+    #[inline(always)]
+    pub(crate) fn simd(&self) -> S {
+        self.steps.simd
+    }
+
+    /// A value that is linear along the rows.
+    #[inline(always)]
+    fn linear(&self, line: &RowLine) -> f32x16<S> {
+        self.steps * line.delta + self.rows.at(self.simd(), line)
+    }
+
+    /// The depths.
+    #[inline(always)]
+    pub(crate) fn depth(&self, surface: &SurfaceView<'_>, values: &RowValues) -> f32x16<S> {
+        clamped(self.linear(&values.z), surface.base.z_range)
+    }
+
+    /// 1/w as depth: what grows towards the eye.
+    #[inline(always)]
+    pub(crate) fn depth_by_inv_w(&self, surface: &SurfaceView<'_>, values: &RowValues) -> f32x16<S> {
+        match surface.base.w {
+            WRange::Constant { inv_w, .. } => f32x16::splat(self.simd(), inv_w),
+            WRange::Varying { inv_w, .. } => {
+                let per_unit = clamped(self.linear(&values.inv_w), inv_w);
+                per_unit * (1.0 / surface.base.w_unit) as f32
+            }
+        }
+    }
+
+    /// The w of clip space and the parameters, where all are divided: one reciprocal a pixel.
+    #[inline(always)]
+    pub(crate) fn divided<const N: usize>(
+        &self,
+        surface: &SurfaceView<'_>,
+        inv_w: &RowLine,
+        s: &[RowLine; N],
+        w: &mut Lanes,
+        params: &mut [Lanes; N],
+    ) {
+        // Where a pixel centre lies outside the polygon, by the rounding of its outline, 1/w may
+        // leave its range. It is not brought back: s is not either, so that r keeps to its plane.
+        let per_unit = reciprocal(self.linear(inv_w));
+        *w = clamped(per_unit * surface.base.w_unit as f32, surface.base.w.range()).into();
+        for (param, line) in params.iter_mut().zip(s) {
+            *param = (self.linear(line) * per_unit).into();
+        }
+    }
+
+    /// The parameters where all w are equal: nothing is divided.
+    #[inline(always)]
+    pub(crate) fn undivided<const N: usize>(&self, s: &[RowLine; N], params: &mut [Lanes; N]) {
+        for (param, line) in params.iter_mut().zip(s) {
+            *param = self.linear(line).into();
+        }
+    }
+
+    /// The w of clip space and the parameters, whatever [`Divide`] is.
+    #[inline(always)]
+    pub(crate) fn any<const N: usize>(
+        &self,
+        surface: &SurfaceView<'_>,
+        inv_w: &RowLine,
+        s: &[RowLine; N],
+        w: &mut Lanes,
+        params: &mut [Lanes; N],
+    ) {
+        *w = [surface.base.w.range().0; LANES];
+        let mixed = match (surface.base.divide, surface.mixed) {
+            (Divide::PerPixel, _) => return self.divided(surface, inv_w, s, w, params),
+            (Divide::Mixed, Some(mixed)) => mixed,
+            _ => return self.undivided(s, params),
+        };
+        let has_limits = !mixed.limits.is_empty();
+        let mut per_unit = f32x16::splat(self.simd(), 1.0);
+        if let WRange::Varying { w: w_range, inv_w: inv_w_range } = surface.base.w {
+            let mut per_w = self.linear(inv_w);
+            if has_limits {
+                per_w = clamped(per_w, inv_w_range);
+            }
+            per_unit = reciprocal(per_w);
+            *w = clamped(per_unit * surface.base.w_unit as f32, w_range).into();
+        }
+        for (i, (param, line)) in params.iter_mut().zip(s).enumerate() {
+            let s = self.linear(line);
+            let r = if mixed.times_w[i] { s * per_unit } else { s };
+            *param = r.into();
+            if has_limits {
+                *param = limited(*param, mixed.limits[i]);
+            }
+        }
+    }
+}
+
+/// One value in the lower half of the lanes, another in the upper.
+#[inline(always)]
+fn halves<S: Simd>(simd: S, [lower, upper]: [f32; 2]) -> f32x16<S> {
+    let is_upper = mask32x16::from_bitmask(simd, (ALL << HALF_BLOCK & ALL).into());
+    is_upper.select(f32x16::splat(simd, upper), f32x16::splat(simd, lower))
+}
+
+/// Values brought into a range.
+#[inline(always)]
+fn clamped<S: Simd>(values: f32x16<S>, (min, max): (f32, f32)) -> f32x16<S> {
+    if !values.simd.level().is_fallback() {
+        return values.max(min).min(max);
+    }
+    // Without SIMD what they do with NaN and zeros would cost more than the rest. This is what a
+    // processor's instructions do.
+    let mut lanes = Lanes::from(values);
+    for value in &mut lanes {
+        let raised = if *value > min { *value } else { min };
+        *value = if raised < max { raised } else { max };
+    }
+    f32x16::simd_from(values.simd, lanes)
+}
+
+/// Values within limits. Of NaN, and of a zero's sign, the same is made on every machine.
+#[cold]
+fn limited(values: Lanes, (min, max): (f32, f32)) -> Lanes {
+    values.map(|value| value.max(min).min(max) + 0.0)
+}
+
+/// The division of the rational linear method, once for each pixel of a block.
+#[inline(always)]
+fn reciprocal<S: Simd>(values: f32x16<S>) -> f32x16<S> {
+    #[cfg(test)]
+    RECIPROCALS.with(|count| count.set(count.get() + 1));
+    f32x16::splat(values.simd, 1.0) / values
+}
+
+#[cfg(test)]
+thread_local! {
+    /// How many blocks were divided on this thread.
+    pub(crate) static RECIPROCALS: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}

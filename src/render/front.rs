@@ -1,0 +1,247 @@
+//! The front of all renderers: the same three methods for any geometry, target and shader.
+
+use fearless_simd::Level;
+
+use crate::fragment::{Fragment, FragmentBlock, LANES};
+use crate::render::geometry::{Batch, Geometry, GeometryMemory};
+use crate::render::paint::Paint;
+use crate::render::parallel::Shading;
+use crate::render::shader::{DepthOnly, Painter, PerBlock, PerFragment, Shader};
+use crate::render::target::RenderTarget;
+use crate::simd::for_level;
+
+/// What a renderer does with faces that are collected and a shader that is typed away.
+pub(crate) trait Renderer<const N: usize> {
+    /// The memory for collecting faces.
+    fn geometry(&mut self) -> &mut GeometryMemory<N>;
+
+    /// The SIMD instructions to use.
+    fn level(&self) -> Level;
+
+    /// The most faces that are handed over at a time.
+    fn most_faces(&self) -> usize;
+
+    /// Draws faces on rows of `width` pixels, from the framebuffer's corner on.
+    fn render(&mut self, batch: &Batch<'_>, width: u32, depth: &mut [f32], shading: Shading<'_>);
+}
+
+/// Hands geometry over to a renderer. Compiled once for each kind of geometry, not for each shader.
+#[inline(never)]
+fn submit<const N: usize>(
+    renderer: &mut impl Renderer<N>,
+    geometry: Option<impl Geometry<N>>,
+    width: u32,
+    depth: &mut [f32],
+    mut shading: Shading<'_>,
+) {
+    let Some(geometry) = geometry.filter(|_| !depth.is_empty()) else { return };
+    let most = renderer.most_faces();
+    let mut memory = std::mem::take(renderer.geometry());
+    geometry.submit(&mut memory, most, &mut |batch| {
+        renderer.render(batch, width, depth, shading.reborrow());
+    });
+    *renderer.geometry() = memory;
+}
+
+/// Draws with a shader that threads share.
+pub(crate) fn draw_on_threads<const N: usize, T, K>(
+    renderer: &mut impl Renderer<N>,
+    frame: &mut T,
+    geometry: impl Geometry<N>,
+    shader: K,
+) where
+    T: RenderTarget<Color: Copy + Send>,
+    K: Shader<T::Color, N> + Copy + Send,
+{
+    let target = frame.target();
+    let (width, colors, depth) = (target.width(), target.color, target.depth);
+    let mut geometry = Some(geometry);
+    for_level!(renderer.level(), simd => {
+        let mut painter = Painter::<_, _, _, N> { simd, colors, pixels_before: 0, shader };
+        submit(renderer, geometry.take(), width, depth, Shading::OnThreads(&mut painter));
+    });
+}
+
+/// Draws with a shader that is called on this thread alone.
+pub(crate) fn draw_on_one_thread<const N: usize, T, K>(
+    renderer: &mut impl Renderer<N>,
+    frame: &mut T,
+    geometry: impl Geometry<N>,
+    shader: K,
+) where
+    T: RenderTarget<Color: Copy>,
+    K: Shader<T::Color, N>,
+{
+    let target = frame.target();
+    let (width, colors, depth) = (target.width(), target.color, target.depth);
+    let mut geometry = Some(geometry);
+    for_level!(renderer.level(), simd => {
+        let mut painter = Painter::<_, _, _, N> { simd, colors, pixels_before: 0, shader };
+        submit(renderer, geometry.take(), width, depth, Shading::OnOneThread(&mut painter));
+    });
+}
+
+/// Draws depth alone.
+pub(crate) fn draw_depth<const N: usize>(
+    renderer: &mut impl Renderer<N>,
+    frame: &mut impl RenderTarget,
+    geometry: impl Geometry<N>,
+) {
+    let target = frame.target();
+    let (width, depth) = (target.width(), target.depth);
+    submit(renderer, Some(geometry), width, depth, Shading::OnThreads(&mut DepthOnly));
+}
+
+/// A renderer that works on this thread alone, so that a shader may change what it captures; from
+/// [`ZBufferRenderer::on_one_thread`] and its like.
+///
+/// ```
+/// use glam::vec4;
+/// use polyscan::{Framebuffer, Vertex, ZBufferRenderer};
+///
+/// let mut frame = Framebuffer::new(4, 4, 0u32)?;
+/// let mut renderer = ZBufferRenderer::new(frame.viewport());
+/// let triangle = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)]
+///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
+/// let mut pixels = 0;
+/// renderer.on_one_thread().draw(&mut frame, &triangle, |_| {
+///     pixels += 1;
+///     pixels
+/// });
+/// assert_eq!(pixels, 6);
+/// # Ok::<(), polyscan::SizeError>(())
+/// ```
+///
+/// [`ZBufferRenderer::on_one_thread`]: crate::ZBufferRenderer::on_one_thread
+#[derive(Debug)]
+pub struct OneThread<'a, R, const N: usize>(&'a mut R);
+
+impl<'a, R, const N: usize> OneThread<'a, R, N> {
+    pub(crate) fn new(renderer: &'a mut R) -> Self {
+        Self(renderer)
+    }
+}
+
+#[expect(private_bounds, reason = "the renderers are those of this crate")]
+impl<R: Renderer<N>, const N: usize> OneThread<'_, R, N> {
+    /// Draws by a shader that is called for each fragment, as the renderer's own `draw`.
+    pub fn draw<T, P>(
+        &mut self,
+        frame: &mut T,
+        geometry: impl Geometry<N>,
+        shader: impl FnMut(&Fragment<'_, N>) -> P,
+    ) where
+        T: RenderTarget<Color: Copy>,
+        P: Paint<T::Color>,
+    {
+        draw_on_one_thread(self.0, frame, geometry, PerFragment(shader));
+    }
+
+    /// Draws by a shader of [`LANES`] fragments at a time, as the renderer's own `draw_blocks`.
+    pub fn draw_blocks<T: RenderTarget<Color: Copy>>(
+        &mut self,
+        frame: &mut T,
+        geometry: impl Geometry<N>,
+        shader: impl FnMut(&mut FragmentBlock<'_, N>, &mut [T::Color; LANES]),
+    ) {
+        draw_on_one_thread(self.0, frame, geometry, PerBlock(shader));
+    }
+
+    /// Draws depth alone, as the renderer's own `draw_depth`.
+    pub fn draw_depth(&mut self, frame: &mut impl RenderTarget, geometry: impl Geometry<N>) {
+        let target = frame.target();
+        let (width, depth) = (target.width(), target.depth);
+        submit(self.0, Some(geometry), width, depth, Shading::OnOneThread(&mut DepthOnly));
+    }
+}
+
+/// Gives a renderer the methods that all have.
+macro_rules! drawing_methods {
+    ($renderer:ident) => {
+        impl<const N: usize> $renderer<N> {
+            /// Draws [geometry](crate::render::Geometry): `&polygon`, a [`Mesh`](crate::Mesh), a
+            /// [tree](crate::BspTree::seen_by). `shader` is called for each fragment that is to be
+            /// seen; it returns a colour, an `Option` of one, where `None` discards the fragment, or
+            /// a colour to be blended; see [`Paint`](crate::render::Paint).
+            ///
+            /// What does not lie on the target is left out. Any polygon is safe; see
+            /// [`ScanConverter::spans`](crate::ScanConverter::spans) for what it covers. With the
+            /// feature `parallel` threads share the shader; one that has to change what it captures
+            /// goes to [`on_one_thread`](Self::on_one_thread).
+            pub fn draw<T, R>(
+                &mut self,
+                frame: &mut T,
+                geometry: impl $crate::render::Geometry<N>,
+                shader: impl Fn(&$crate::Fragment<'_, N>) -> R + Sync,
+            ) where
+                T: $crate::render::RenderTarget<Color: Copy + Send>,
+                R: $crate::render::Paint<T::Color>,
+            {
+                let shader = $crate::render::shader::PerFragment(&shader);
+                $crate::render::front::draw_on_threads(self, frame, geometry, shader);
+            }
+
+            /// Draws by a shader of [`LANES`](crate::fragment::LANES) pixels at a time: it is given a
+            /// block of fragments and the colours that their pixels have, which it replaces; those of
+            /// lanes that are not visible are put back. The compiler can turn a loop over the lanes
+            /// into SIMD instructions, for the best ones that the machine has.
+            ///
+            /// ```
+            /// use glam::vec4;
+            #[doc = concat!("use polyscan::{Framebuffer, Vertex, ", stringify!($renderer), "};")]
+            ///
+            /// let mut frame = Framebuffer::new(100, 100, 0.0f32)?;
+            #[doc = concat!("let mut renderer = ", stringify!($renderer), "::new(frame.viewport());")]
+            /// let triangle = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)]
+            ///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), [x, y]));
+            /// renderer.draw_blocks(&mut frame, &triangle, |block, colors| {
+            ///     let [u, v] = &block.params;
+            ///     for (color, (u, v)) in colors.iter_mut().zip(u.iter().zip(v)) {
+            ///         *color = u * u + v * v;
+            ///     }
+            /// });
+            /// # Ok::<(), polyscan::SizeError>(())
+            /// ```
+            pub fn draw_blocks<T: $crate::render::RenderTarget<Color: Copy + Send>>(
+                &mut self,
+                frame: &mut T,
+                geometry: impl $crate::render::Geometry<N>,
+                shader: impl Fn(
+                    &mut $crate::FragmentBlock<'_, N>,
+                    &mut [T::Color; $crate::fragment::LANES],
+                ) + Sync,
+            ) {
+                let shader = $crate::render::shader::PerBlock(&shader);
+                $crate::render::front::draw_on_threads(self, frame, geometry, shader);
+            }
+
+            /// Draws depth alone: nothing is shaded, no parameter is evaluated.
+            pub fn draw_depth(
+                &mut self,
+                frame: &mut impl $crate::render::RenderTarget,
+                geometry: impl $crate::render::Geometry<N>,
+            ) {
+                $crate::render::front::draw_depth(self, frame, geometry);
+            }
+
+            /// The renderer on this thread alone: with it a shader may change what it captures.
+            pub fn on_one_thread(&mut self) -> $crate::render::OneThread<'_, Self, N> {
+                $crate::render::OneThread::new(self)
+            }
+
+            /// Fills a target with a colour, and its depth with that which is behind everything by
+            /// [`Settings::depth`](crate::Settings::depth).
+            pub fn clear<T: $crate::render::RenderTarget<Color: Clone>>(
+                &self,
+                frame: &mut T,
+                color: T::Color,
+            ) {
+                let target = frame.target();
+                target.color.fill(color);
+                target.depth.fill(self.settings.depth.farthest());
+            }
+        }
+    };
+}
+
+pub(crate) use drawing_methods;

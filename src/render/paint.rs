@@ -1,0 +1,114 @@
+//! What a shader may return for a pixel.
+
+use std::ops::Add;
+
+use glam::{Vec3, Vec4};
+
+use crate::color::{Color, decode};
+
+/// What a shader may return for a pixel of colour `C`: a colour, which replaces the pixel's; an
+/// `Option` of one, where `None` discards the fragment; or a colour in [`Over`] or [`Additive`], which
+/// is blended with the pixel's.
+///
+/// ```
+/// use glam::{Vec4, vec4};
+/// use polyscan::{Framebuffer, Vertex, ZBufferRenderer, render::Over};
+///
+/// let mut frame = Framebuffer::new(1, 1, vec4(0.0, 0.0, 1.0, 1.0))?;
+/// let mut renderer = ZBufferRenderer::new(frame.viewport());
+/// let quad = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
+/// // Red glass that lets half of the light through.
+/// renderer.draw(&mut frame, &quad, |_| Over(vec4(0.5, 0.0, 0.0, 0.5)));
+/// assert_eq!(frame.color(), [vec4(0.5, 0.0, 0.5, 1.0)]);
+/// # Ok::<(), polyscan::SizeError>(())
+/// ```
+#[diagnostic::on_unimplemented(
+    message = "a shader cannot return `{Self}` for a picture whose colours are `{C}`",
+    label = "the shader returns `{Self}`",
+    note = "return a `{C}`, an `Option<{C}>`, or a blended colour such as `render::Over`"
+)]
+pub trait Paint<C> {
+    /// Changes the pixel's colour, or returns `false` to discard the fragment, so that neither
+    /// colour nor depth is written.
+    fn paint(self, pixel: &mut C) -> bool;
+}
+
+impl<C> Paint<C> for C {
+    #[inline(always)]
+    fn paint(self, pixel: &mut C) -> bool {
+        *pixel = self;
+        true
+    }
+}
+
+impl<C> Paint<C> for Option<C> {
+    #[inline(always)]
+    fn paint(self, pixel: &mut C) -> bool {
+        self.is_some_and(|color| color.paint(pixel))
+    }
+}
+
+/// A colour that lies over the pixel's: Porter and Duff's "over" ("Compositing Digital Images",
+/// 1984, section 4.3), in linear light premultiplied by the alpha in `w`. The pixel's colour shows
+/// through by 1 - alpha.
+///
+/// Pixels may be `Vec4` (premultiplied linear light), `Vec3` (opaque linear light) or `[u8; 4]` (sRGB
+/// with straight alpha, which is decoded, blended in linear light, and encoded again).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Over(pub Vec4);
+
+impl Paint<Vec4> for Over {
+    #[inline(always)]
+    fn paint(self, pixel: &mut Vec4) -> bool {
+        *pixel = self.0 + *pixel * (1.0 - self.0.w);
+        true
+    }
+}
+
+impl Paint<Vec3> for Over {
+    #[inline(always)]
+    fn paint(self, pixel: &mut Vec3) -> bool {
+        *pixel = self.0.truncate() + *pixel * (1.0 - self.0.w);
+        true
+    }
+}
+
+impl Paint<[u8; 4]> for Over {
+    fn paint(self, pixel: &mut [u8; 4]) -> bool {
+        let mut color = to_linear(*pixel);
+        self.paint(&mut color);
+        *pixel = color.to_srgb8();
+        true
+    }
+}
+
+/// A colour that is added to the pixel's: Porter and Duff's "plus", for light that is emitted. The
+/// order of drawing does not matter but for rounding.
+///
+/// Pixels may be of the same type, or `[u8; 4]` for an `Additive<Vec4>` in linear light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Additive<C>(pub C);
+
+impl<C: Copy + Add<Output = C>> Paint<C> for Additive<C> {
+    #[inline(always)]
+    fn paint(self, pixel: &mut C) -> bool {
+        *pixel = *pixel + self.0;
+        true
+    }
+}
+
+impl Paint<[u8; 4]> for Additive<Vec4> {
+    fn paint(self, pixel: &mut [u8; 4]) -> bool {
+        let mut color = to_linear(*pixel);
+        self.paint(&mut color);
+        *pixel = color.to_srgb8();
+        true
+    }
+}
+
+/// Premultiplied linear light of an sRGB colour with straight alpha.
+fn to_linear([r, g, b, a]: [u8; 4]) -> Vec4 {
+    let alpha = f32::from(a) / 255.0;
+    (Vec3::new(decode(r), decode(g), decode(b)) * alpha).extend(alpha)
+}

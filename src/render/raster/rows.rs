@@ -1,0 +1,250 @@
+//! A polygon's runs, row by row: short ones two rows at a time, long ones in whole blocks.
+//!
+//! All of a loop must be inlined into a function for the instructions that `simd` stands for, or it is
+//! not compiled for them.
+
+use std::ops::Range;
+
+use fearless_simd::Simd;
+
+use crate::coverage::run::{ROWS, RunGroup};
+use crate::coverage::shape::Coverage;
+use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES};
+use crate::render::band::Band;
+use crate::render::coarse_depth::TILE_WIDTH;
+use crate::render::raster::plan::{ForAny, ForCommon, Plan, PlanFor};
+use crate::render::raster::test::{RowsRaster, Visible};
+use crate::render::shader::{PartBlock, ShadeBlocks};
+use crate::surface::rows::{RowValues, SurfaceView};
+
+/// The memory for drawing polygons.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RasterMemory {
+    values: RowValues,
+    visible: Visible,
+}
+
+/// Draws what a polygon covers, in some columns, into a band that holds all of its rows.
+#[inline(always)]
+pub(crate) fn draw<S: Simd>(
+    simd: S,
+    plan: Plan,
+    (surface, coverage): (&SurfaceView<'_>, Coverage<'_>),
+    columns: &Range<i32>,
+    band: &mut Band<'_>,
+    memory: &mut RasterMemory,
+    shader: &mut dyn ShadeBlocks,
+) {
+    let mut draw_group = |runs: &RunGroup| {
+        if plan == Plan::COMMON {
+            draw_group::<ForCommon, S>(simd, plan, (surface, runs), columns, band, memory, shader);
+        } else {
+            draw_any_group(simd, plan, (surface, runs), columns, band, memory, shader);
+        }
+    };
+    let needs_edges = surface.needs_edges();
+    coverage.for_each_group(
+        needs_edges,
+        #[inline(always)]
+        |runs| {
+            if needs_edges {
+                // Each run has changes per pixel of its own.
+                (0..runs.len).for_each(|row| draw_group(&RunGroup::of(&runs.run(row))));
+            } else {
+                draw_group(runs);
+            }
+        },
+    );
+}
+
+/// Draws a group of runs, in some columns; one alone where some values have no plane.
+#[inline(never)]
+pub(crate) fn draw_runs<S: Simd>(
+    simd: S,
+    plan: Plan,
+    (surface, runs): (&SurfaceView<'_>, &RunGroup),
+    columns: &Range<i32>,
+    band: &mut Band<'_>,
+    memory: &mut RasterMemory,
+    shader: &mut dyn ShadeBlocks,
+) {
+    draw_any_group(simd, plan, (surface, runs), columns, band, memory, shader);
+}
+
+/// Draws a group of runs with settings that are not common.
+#[inline(never)]
+fn draw_any_group<S: Simd>(
+    simd: S,
+    plan: Plan,
+    (surface, runs): (&SurfaceView<'_>, &RunGroup),
+    columns: &Range<i32>,
+    band: &mut Band<'_>,
+    memory: &mut RasterMemory,
+    shader: &mut dyn ShadeBlocks,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || draw_group::<ForAny, S>(simd, plan, (surface, runs), columns, band, memory, shader),
+    );
+}
+
+#[inline(always)]
+fn draw_group<P: PlanFor, S: Simd>(
+    simd: S,
+    plan: Plan,
+    (surface, runs): (&SurfaceView<'_>, &RunGroup),
+    columns: &Range<i32>,
+    band: &mut Band<'_>,
+    memory: &mut RasterMemory,
+    shader: &mut dyn ShadeBlocks,
+) {
+    let RasterMemory { values, visible } = memory;
+    surface.start_rows(runs, columns, values);
+    if P::of(plan).is_inverse_w {
+        surface.find_inv_w(values);
+    }
+    let mut raster = RowsRaster { simd, plan, surface, runs, band, shader, values, visible };
+    raster.draw_rows::<P>();
+    raster.shade_parts::<P>();
+}
+
+impl<S: Simd> RowsRaster<'_, '_, S> {
+    /// Draws the rows of a group. Short runs are drawn by blocks that have a half in each of two rows: a
+    /// small triangle has few pixels in a row.
+    #[inline(always)]
+    fn draw_rows<P: PlanFor>(&mut self) {
+        let (x, y) = self.surface.base.corner;
+        let first = self.band.index(x, y + self.runs.y);
+        let (mut begin, mut lanes) = ([0; ROWS], [0; ROWS]);
+        for (row, begin) in begin.iter_mut().enumerate() {
+            // The viewport may begin left of the band.
+            let start = self.values.start[row] as usize;
+            *begin = first.wrapping_add(row * self.band.width).wrapping_add(start);
+        }
+        for (lanes, width) in lanes.iter_mut().zip(&self.values.width) {
+            *lanes = 1u32.wrapping_shl(*width as u32) - 1;
+        }
+        for row in (0..ROWS).step_by(2) {
+            if row >= self.runs.len {
+                return;
+            }
+            let [width, next_width] = [self.values.width[row], self.values.width[row + 1]];
+            if width.max(next_width) > HALF_BLOCK as i32 {
+                self.draw_long_row::<P>(row);
+                self.draw_long_row::<P>(row + 1);
+                continue;
+            }
+            let [lower, upper] = [lanes[row], lanes[row + 1]];
+            if lower | upper == 0 {
+                continue;
+            }
+            let mut at = [begin[row], begin[row + 1]];
+            // A half without pixels lies beside the other.
+            if lower == 0 {
+                at[0] = at[1].wrapping_sub(HALF_BLOCK);
+            }
+            if upper == 0 {
+                at[1] = at[0] + HALF_BLOCK;
+            }
+            let part = PartBlock {
+                visible: lower | upper << HALF_BLOCK,
+                rows: [row, row + 1],
+                steps: [self.values.steps[row], self.values.steps[row + 1]],
+                pixels: [0; 2],
+            };
+            self.test_part::<P>(part, at);
+        }
+    }
+
+    /// Draws a long run, if it is very long without the columns that the coarse depth hides.
+    #[inline(never)]
+    fn draw_long_row<P: PlanFor>(&mut self, row: usize) {
+        let simd = self.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || self.draw_visible_columns::<P>(row % ROWS),
+        );
+    }
+
+    #[inline(always)]
+    fn draw_visible_columns<P: PlanFor>(&mut self, row: usize) {
+        let width = self.values.width[row] as usize;
+        if width == 0 {
+            return;
+        }
+        let (corner_x, corner_y) = self.surface.base.corner;
+        let first = self.band.column(corner_x + self.values.start[row]);
+        let band_row = (corner_y + self.runs.y + row as i32 - self.band.first) as usize;
+        let end = first + width;
+        let mut visible = first..end;
+        loop {
+            if end - first > TILE_WIDTH
+                && let Some(coarse) = &mut self.band.coarse
+            {
+                let line = self.values.z;
+                let (steps, (min, max)) = (self.values.steps[row], self.surface.base.z_range);
+                // The same bits as in a block. They grow or fall along the run, since rounding keeps the
+                // order of products and of sums.
+                let depth = |column: usize| {
+                    let steps = steps + (column - first) as f32;
+                    (steps * line.delta + line.at[row]).max(min).min(max)
+                };
+                let rest = visible.start..end;
+                visible = coarse.next_visible(self.band.depth, band_row, rest, depth);
+            }
+            if !visible.is_empty() {
+                self.draw_columns::<P>(row, band_row * self.band.width, first, &visible);
+            }
+            if visible.end == end {
+                return;
+            }
+            visible = visible.end..end;
+        }
+    }
+
+    /// Draws some columns of a run, counted from the left of the band as its `first` is: a first block
+    /// that may have lanes before them, then whole ones, then what is left. `row_start` is where the row
+    /// begins in the band.
+    #[inline(always)]
+    fn draw_columns<P: PlanFor>(
+        &mut self,
+        row: usize,
+        row_start: usize,
+        first: usize,
+        columns: &Range<usize>,
+    ) {
+        let (start, end) = (row_start + columns.start, row_start + columns.end);
+        let before = (start + self.band.line_offset) % LANES;
+        let mut at = start.wrapping_sub(before);
+        let mut steps =
+            self.values.steps[row] + ((columns.start - first) as i32 - before as i32) as f32;
+        let mut block = Block::in_row(self.simd, row, steps);
+        let mut lanes = ALL << before & ALL;
+        loop {
+            let left = end.wrapping_sub(at);
+            if left < LANES {
+                lanes &= ALL >> (LANES - left);
+            }
+            let part = PartBlock {
+                visible: lanes,
+                rows: [row; 2],
+                steps: [steps, steps + HALF_BLOCK as f32],
+                pixels: [0; 2],
+            };
+            self.test_part::<P>(part, [at, at.wrapping_add(HALF_BLOCK)]);
+            if left <= LANES {
+                return;
+            }
+            at = at.wrapping_add(LANES);
+            steps += LANES as f32;
+            block.advance();
+            let done = self.draw_whole::<P>(row, &mut block, steps, at..end);
+            (at, steps) = (at + done, steps + done as f32);
+            if at == end {
+                return;
+            }
+            // What is left is the end, or a block that is seen in part.
+            lanes = ALL;
+        }
+    }
+}

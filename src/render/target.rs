@@ -1,0 +1,132 @@
+//! Targets: memory that is drawn to.
+
+use std::fmt;
+
+use crate::viewport::{MAX_SIZE, Rect, SizeError, Viewport};
+
+/// Borrowed memory that a renderer draws to: a colour of any type and an f32 depth for each pixel, row
+/// by row from the top.
+///
+/// A [`Framebuffer`](crate::Framebuffer) is such memory that owns its pixels. A target is for pixels
+/// that lie elsewhere, in a window's buffer or a picture of the `image` crate:
+///
+/// ```
+/// use glam::vec4;
+/// use polyscan::{Target, Vertex, ZBufferRenderer};
+///
+/// let mut colors = vec![0u32; 8 * 6];
+/// let mut depths = vec![1.0; 8 * 6];
+/// let mut target = Target::new(8, &mut colors, &mut depths)?;
+/// let triangle = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)]
+///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
+/// ZBufferRenderer::new(target.viewport()).draw(&mut target, &triangle, |_| 0xff_ff_ff);
+/// assert_eq!(colors[5 * 8], 0xff_ff_ff);
+/// # Ok::<(), polyscan::TargetError>(())
+/// ```
+pub struct Target<'a, C> {
+    width: u32,
+    pub(crate) color: &'a mut [C],
+    pub(crate) depth: &'a mut [f32],
+}
+
+impl<C> fmt::Debug for Target<'_, C> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (width, height) = (self.width, self.height());
+        f.debug_struct("Target").field("width", &width).field("height", &height).finish()
+    }
+}
+
+/// Why memory cannot be drawn to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TargetError {
+    /// The numbers of colours and depths differ.
+    #[error("there are {colors} colours and {depths} depths: each pixel needs one of both")]
+    Lengths {
+        /// How many colours there are.
+        colors: usize,
+        /// How many depths there are.
+        depths: usize,
+    },
+    /// The pixels do not fill rows of the given width.
+    #[error("{pixels} pixels do not fill rows of {width}: give whole rows")]
+    NotWholeRows {
+        /// The width asked for, in pixels.
+        width: u32,
+        /// How many pixels there are.
+        pixels: usize,
+    },
+    /// The picture is too large.
+    #[error(transparent)]
+    Size(#[from] SizeError),
+}
+
+impl<'a, C> Target<'a, C> {
+    /// A target of rows of `width` pixels.
+    ///
+    /// # Errors
+    /// When there are not as many depths as colours, when they do not fill whole rows, or when a side
+    /// is longer than [`MAX_SIZE`].
+    pub fn new(
+        width: u32,
+        color: &'a mut [C],
+        depth: &'a mut [f32],
+    ) -> Result<Self, TargetError> {
+        let pixels = color.len();
+        if pixels != depth.len() {
+            return Err(TargetError::Lengths { colors: pixels, depths: depth.len() });
+        }
+        let height = if pixels == 0 { 0 } else { pixels.checked_div(width as usize).unwrap_or(0) };
+        if height * width as usize != pixels {
+            return Err(TargetError::NotWholeRows { width, pixels });
+        }
+        SizeError::check(width, u32::try_from(height).unwrap_or(u32::MAX))?;
+        Ok(Self { width, color, depth })
+    }
+
+    /// A target whose sizes were checked.
+    pub(crate) fn from_checked(width: u32, color: &'a mut [C], depth: &'a mut [f32]) -> Self {
+        Self { width, color, depth }
+    }
+
+    /// The number of columns.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// The number of rows.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        // At most `MAX_SIZE`, which was checked.
+        const { assert!(MAX_SIZE < u32::MAX) };
+        self.depth.len().checked_div(self.width as usize).unwrap_or(0) as u32
+    }
+
+    /// The viewport that covers the whole target.
+    #[must_use]
+    pub fn viewport(&self) -> Viewport {
+        Viewport::whole(self.rect())
+    }
+
+    pub(crate) fn rect(&self) -> Rect {
+        Rect { x: 0, y: 0, width: self.width, height: self.height() }
+    }
+}
+
+/// What a renderer can draw to: a [`Framebuffer`](crate::Framebuffer) or a [`Target`].
+pub trait RenderTarget {
+    /// The type of a pixel's colour.
+    type Color;
+
+    /// The memory to draw to.
+    fn target(&mut self) -> Target<'_, Self::Color>;
+}
+
+impl<C> RenderTarget for Target<'_, C> {
+    type Color = C;
+
+    fn target(&mut self) -> Target<'_, C> {
+        Target { width: self.width, color: self.color, depth: self.depth }
+    }
+}

@@ -1,0 +1,228 @@
+//! Values along the rows of a polygon: z, s_1 .. s_n and s_{n+1} = 1/w at one pixel of each run, and
+//! their change per pixel.
+//!
+//! # Why f32 is enough along a run, and where it begins
+//!
+//! The pixel where the values are given is the one at that end of the run where s_{n+1} = 1/w is
+//! smallest, the farthest from the eye. Then f32 is enough, however long the run and whatever the ratio
+//! of w. For a value v = a + d l at l pixels from there is off by no more than
+//!
+//! ```text
+//! 2^-24 (|a| + 2 |d l| + |v|)  <=  2^-24 * 3 (|a| + |v|)
+//! ```
+//!
+//! by the rounding of a, of d, of the product and of the sum. Since |s| <= R / w for the largest
+//! parameter R, and 1/w at the pixel is no less than at the end, this is at most 2^-24 * 6 R / w for
+//! s; for 1/w, which is positive and grows from a, it is 2^-24 * 3 / w. With their quotient's own
+//! rounding r = s / (1/w) is off by less than 2^-24 * 11 R, or 7e-7 R. Starting from the near end
+//! instead, the error would grow with the ratio of w: by this choice there is nothing to restart.
+//!
+//! ```text
+//!        near end                              far end: the values are given here
+//!           |<------------- l pixels ------------->|
+//!     ------[][][][][][][][][][][][][][][][][][][][]------   v = a + d l, for each pixel alone
+//! ```
+
+use std::ops::Range;
+
+use crate::coverage::run::{ROWS, RunGroup};
+use crate::coverage::Run;
+use crate::surface::base::{Divide, SurfaceBase};
+use crate::surface::mixed::{AcrossRun, Component, Mixed};
+use crate::scalar::PerTriangle;
+use crate::surface::plane::ScreenPlane;
+
+/// How the parameters of a polygon run over the screen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceView<'a> {
+    pub(crate) base: SurfaceBase,
+    /// The planes of s_1 .. s_n, those of a batch of triangles side by side.
+    pub(crate) params: &'a [ScreenPlane<PerTriangle>],
+    /// Which of them are this polygon's.
+    pub(crate) lane: usize,
+    /// What it has besides planes, if it has.
+    pub(crate) mixed: Option<&'a Mixed>,
+}
+
+/// A value along the runs of a group of rows: what it is at one pixel of each, and its change per
+/// pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RowLine {
+    pub(crate) at: [f32; ROWS],
+    pub(crate) delta: f32,
+}
+
+/// The values along the runs of a group of rows, as far as they are visible.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RowValues {
+    /// The column, relative to the viewport, where the values are given.
+    pub(crate) x: [i32; ROWS],
+    /// The first visible column of each run.
+    pub(crate) start: [i32; ROWS],
+    /// The number of visible columns; 0 in rows that the group does not have.
+    pub(crate) width: [i32; ROWS],
+    /// How far the first visible column is from the one where the values are given: whole numbers,
+    /// exact in f32.
+    pub(crate) steps: [f32; ROWS],
+    pub(crate) z: RowLine,
+    pub(crate) inv_w: RowLine,
+    pub(crate) s: Vec<RowLine>,
+    /// Whether `inv_w` and `s` are those of this group.
+    has_params: bool,
+    /// Where the values are given, relative to the planes' origin.
+    from_origin: [[f64; ROWS]; 2],
+}
+
+impl RowValues {
+    /// A copy without the parameters' values.
+    pub(crate) fn without_params(&self) -> Self {
+        Self { s: Vec::new(), ..*self }
+    }
+}
+
+impl<'a> SurfaceView<'a> {
+    /// Whether some values have no plane, so that the edges of each run are needed, and runs must come
+    /// one by one.
+    #[inline(always)]
+    pub(crate) fn needs_edges(&self) -> bool {
+        self.mixed.is_some_and(|mixed| mixed.any_by_edges)
+    }
+
+    /// Whether a parameter is multiplied by w at each pixel.
+    pub(crate) fn times_w(&self, param: usize) -> bool {
+        match (self.base.divide, self.mixed) {
+            (Divide::PerPixel, _) => true,
+            (Divide::Mixed, Some(mixed)) => mixed.times_w[param],
+            _ => false,
+        }
+    }
+
+    /// Finds the depths along the runs of a group, as far as they lie in some columns.
+    #[inline(always)]
+    pub(crate) fn start_rows(
+        &self,
+        runs: &RunGroup,
+        columns: &Range<i32>,
+        values: &mut RowValues,
+    ) {
+        if self.needs_edges() {
+            self.row_by_edges(runs, values);
+        } else {
+            let is_falling = (self.base.inv_w.dx as f32) < 0.0;
+            values.x = runs.start;
+            let [xs, ys] = &mut values.from_origin;
+            for row in 0..ROWS {
+                if is_falling {
+                    values.x[row] = runs.end[row] - 1;
+                }
+                xs[row] = f64::from(values.x[row]) + 0.5 - self.base.origin[0];
+                ys[row] = f64::from(runs.y) + row as f64 + 0.5 - self.base.origin[1];
+            }
+            values.z = line(&values.from_origin, self.base.z);
+            values.has_params = false;
+        }
+        // Plain loops without branches, which become SIMD.
+        for row in 0..ROWS {
+            values.start[row] = runs.start[row].max(columns.start);
+        }
+        for row in 0..ROWS {
+            // All ones in the rows that there are.
+            let exists = (row as i32 - runs.len as i32) >> 31;
+            let width = runs.end[row].min(columns.end) - values.start[row];
+            values.width[row] = width.max(0) & exists;
+        }
+        for row in 0..ROWS {
+            values.steps[row] = (values.start[row] - values.x[row]) as f32;
+        }
+    }
+
+    /// Finds 1/w along the runs of the group that [`start_rows`](Self::start_rows) began.
+    #[inline(always)]
+    pub(crate) fn find_inv_w(&self, values: &mut RowValues) {
+        if !values.has_params {
+            values.inv_w = line(&values.from_origin, self.base.inv_w);
+        }
+    }
+
+    /// Finds all other values along the runs of the group, if they are not yet known.
+    #[inline(always)]
+    pub(crate) fn find_params(&self, values: &mut RowValues) {
+        if values.has_params {
+            return;
+        }
+        values.has_params = true;
+        values.inv_w = line(&values.from_origin, self.base.inv_w);
+        values.s.resize(self.params.len(), RowLine::default());
+        for (line_of, planes) in values.s.iter_mut().zip(self.params) {
+            *line_of = line(&values.from_origin, planes.map(|lanes| lanes[self.lane]));
+        }
+    }
+
+    /// The values along one run, found by the edges on its sides.
+    #[cold]
+    fn row_by_edges(&self, runs: &RunGroup, values: &mut RowValues) {
+        let run = runs.run(0);
+        let (inv_w, delta) = self.along(Component::InvW, &run);
+        values.x = [if delta < 0.0 { run.x.end - 1 } else { run.x.start }; ROWS];
+        let steps = f64::from(values.x[0] - run.x.start);
+        let line = |(start, delta): (f64, f64)| RowLine {
+            at: [(start + delta * steps) as f32; ROWS],
+            delta: delta as f32,
+        };
+        values.inv_w = line((inv_w, delta));
+        values.z = line(self.along(Component::Z, &run));
+        values.s.clear();
+        let params = 0..self.params.len();
+        values.s.extend(params.map(|i| line(self.along(Component::S(i), &run))));
+        values.has_params = true;
+    }
+
+    fn plane(&self, component: Component) -> ScreenPlane {
+        match component {
+            Component::Z => self.base.z,
+            Component::InvW => self.base.inv_w,
+            Component::S(i) => self.params[i].map(|lanes| lanes[self.lane]),
+        }
+    }
+
+    /// What a value is found by, if not by its plane.
+    fn across(&self, component: Component, run: &Run) -> Option<AcrossRun<'a>> {
+        let mixed = self.mixed.filter(|mixed| mixed.is_by_edges(component))?;
+        Some(AcrossRun::new(&mixed.vertices, run))
+    }
+
+    /// A value at the centre of the first pixel of a run, and its change per pixel.
+    pub(crate) fn along(&self, component: Component, run: &Run) -> (f64, f64) {
+        if let Some(across) = self.across(component, run) {
+            return (across.start(component), across.delta(component));
+        }
+        let plane = self.plane(component);
+        let [x, y] = self.base.origin;
+        let (x, y) = (f64::from(run.x.start) + 0.5 - x, f64::from(run.y) + 0.5 - y);
+        (plane.at(x, y), plane.dx)
+    }
+
+    /// A value at the centre of a column of a run.
+    pub(crate) fn at(&self, component: Component, x: i32, run: &Run) -> f64 {
+        let (start, delta) = self.along(component, run);
+        start + delta * f64::from(x - run.x.start)
+    }
+
+    /// The change of a value per pixel downwards, at a column of a run.
+    pub(crate) fn downwards(&self, component: Component, x: i32, run: &Run) -> f64 {
+        match self.across(component, run) {
+            Some(across) => across.downwards(component, x),
+            None => self.plane(component).dy,
+        }
+    }
+}
+
+/// A value with a plane, at a place in each row.
+#[inline(always)]
+fn line([xs, ys]: &[[f64; ROWS]; 2], plane: ScreenPlane) -> RowLine {
+    let mut at = [0.0; ROWS];
+    for row in 0..ROWS {
+        at[row] = plane.at(xs[row], ys[row]) as f32;
+    }
+    RowLine { at, delta: plane.dx as f32 }
+}
