@@ -1,5 +1,8 @@
 //! Exact polygon scan conversion on the CPU, with perspective-correct parameters.
 //!
+//! ![Checkered quads: bent like rubber above, where texture coordinates are interpolated linearly on the
+//! screen; right in perspective below](https://raw.githubusercontent.com/polyscan/polyscan/main/examples/assets/pictures/quads.png)
+//!
 //! `polyscan` turns polygons given in homogeneous clip space into pixels. It follows Paul Heckbert:
 //! a generic clipper in homogeneous space, an active edge table, and rational linear interpolation
 //! of any number of parameters a vertex, with one reciprocal a pixel, and none when all w are equal.
@@ -7,9 +10,9 @@
 //! # A picture in a few lines
 //!
 //! ```
-//! use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
-//! use glam::{Vec2, Vec3};
-//! use polyscan::{Framebuffer, Vertex, ZBuffer};
+//! use polyscan::glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+//! use polyscan::glam::{Vec2, Vec3};
+//! use polyscan::{Framebuffer, Vertex, ZBufferRenderer};
 //!
 //! // A square floor, seen in perspective, with a parameter (u, v) at each corner.
 //! let camera = perspective(1.0, 4.0 / 3.0, 0.1, 100.0)
@@ -18,33 +21,68 @@
 //!     .map(|(x, z)| Vertex::new(camera * Vec3::new(x, 0.0, z).extend(1.0), Vec2::new(x, z)));
 //!
 //! let mut frame = Framebuffer::new(320, 240, [255u8; 4])?;
-//! let mut renderer = ZBuffer::new(frame.viewport());
+//! let mut renderer = ZBufferRenderer::new(frame.viewport());
 //! renderer.draw(&mut frame, &floor, |fragment| {
 //!     let [u, v] = fragment.params.map(|r| (r * 4.0).floor() as i32);
 //!     if (u + v) % 2 == 0 { [200, 40, 40, 255] } else { [40, 40, 60, 255] }
 //! });
-//! # #[cfg(feature = "image")]
-//! frame.to_image().save(std::env::temp_dir().join("floor.png"))?;
+//! # #[cfg(feature = "png")]
+//! frame.save_png(std::env::temp_dir().join("floor.png"))?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # The flow
+//! # The tour
 //!
-//! Each stage is a module, in this order, and can be used on its own:
+//! A polygon's data pass through these modules in this order, and no module imports one that comes
+//! later. Those that are links are public and can be used on their own: [`Surface`] shows how they join
+//! by hand.
+//!
+//! **A polygon in clip space**
 //!
 //! | module | what it does |
 //! |---|---|
+//! | `round`, `simd`, `scalar` | rounding by one addition; which SIMD levels code is compiled for; one polygon or eight at once |
 //! | [`vertex`] | [`Vertex<N>`](Vertex): a position (xw, yw, zw, w) in clip space and N parameters |
+//! | `vertices` | vertices whose number of parameters is known at run time only |
 //! | [`outline`] | the contours of a polygon: one, or several with holes among them |
-//! | [`clip`] | clips by planes in homogeneous space, before any division |
-//! | [`project`] | divides by w, keeps 1/w, maps to the [`Viewport`] |
-//! | [`gradient`] | parameters as planes over the screen; the paper's equation (1) |
-//! | [`edge_table`] | edges sorted by first scanline, the active ones stepped from row to row; fill rules |
+//! | [`viewport`] | the pixels that the view volume is mapped to |
+//! | [`view_volume`] | planes and outcodes: what is inside, said in bits |
+//! | [`clip`] | clips by planes in homogeneous space, before any division: `clip::polygon` takes the step of Sutherland and Hodgman over `clip::records`; `clip::chains` closes outlines that fall apart |
+//!
+//! **On the screen**
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`subpixel`] | positions rounded to 1/256 pixel: the joint between clipping and coverage |
+//! | [`project`] | divides by w, keeps 1/w |
+//! | [`coverage`] | which pixels: `coverage::fill_rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, `coverage::active` edges, the `coverage::shape` as a value, the `coverage::edge_table` |
+//! | `window` | the columns and rows that are visited |
+//! | `settings` | [`Settings`]: how polygons are brought to the screen |
+//! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon` |
+//! | `primitive` | a polygon ready for its rows: the one place where one is prepared |
+//! | [`parameter_matrix`] | the paper's equation (1) |
+//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16, and what a shader sees, `fragment::pixel` |
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
-//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
-//! | [`render`] | the [`ZBuffer`] renderer, polygon by polygon or a mesh at once; the [`Painter`], from back to front by a [`BspTree`]; their [`Framebuffer`]; the [`Scanline`] renderer, row by row |
-//! | [`color`], [`texture`] | linear light and sRGB; pictures to sample |
+//!
+//! **Renderers**
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`color`] | linear light and sRGB |
+//! | [`render`] | `render::depth` tests and `render::coarse_depth`; `render::band`s of rows; what shaders return, `render::paint`; the loops around a `render::shader` |
+//! | `render::raster` | which loops a polygon takes, `render::raster::plan`; blocks against depths, `render::raster::test`; its runs, `render::raster::rows` |
+//! | `render::parallel` | work on all processors |
+//! | `render::target`, `render::framebuffer` | memory to draw to, borrowed or owned |
+//! | `render::faces`, `render::corners` | index lists; vertices projected once each |
+//! | `render::bsp` | [`BspTree`]: `render::bsp::plane`s, the `render::bsp::partition`, how to `render::bsp::build` it |
+//! | `render::geometry`, `render::by_depth`, `render::front` | what is drawn, in which order, by which methods |
+//! | `render::mesh` | many faces at once, in `render::mesh::bins` |
+//! | `render::z_buffer` | [`ZBufferRenderer`] |
+//! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
+//! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
+//! | `render::png_file` | PNG files, whole or row by row |
+//! | [`texture`] | pictures to sample |
 //! | `obj` | OBJ and MTL files to polygons |
 //!
 //! A polygon keeps its sides; nothing is triangulated on the way.
@@ -57,8 +95,8 @@
 //! - The screen has x right and y *down*; pixel (0, 0) is at the top left, as in the `image` crate;
 //!   pixel (i, j) is sampled at its centre (i + 0.5, j + 0.5).
 //! - Screen positions are rounded to 1/256 pixel, half to even. From there on coverage is exact
-//!   arithmetic with the top-left rule: polygons that share an edge touch each pixel along it
-//!   exactly once.
+//!   arithmetic with the top-left rule: polygons that share an edge, and lie on opposite sides of it
+//!   after rounding, touch each pixel along it exactly once.
 //! - A polygon may be concave, have holes and cross itself. What its contours wind around is inside
 //!   ([`FillRule::NonZero`]), or what they wind around an odd number of times
 //!   ([`FillRule::EvenOdd`]).
@@ -76,19 +114,28 @@
 //!
 //! # Shaders, and speed
 //!
-//! A shader is a closure from a [`Fragment`] to a colour ([`ZBuffer::draw`]), or from a
-//! [`FragmentBlock`] of 16 fragments to theirs ([`ZBuffer::draw_blocks`]). The second is for speed:
-//! its loop over the lanes becomes SIMD instructions, for the best level that the machine has. For
-//! that a shader must be inlined: a closure is, and what it calls if that is small or marked
-//! `#[inline(always)]`; a function that is given by its name is not. What no SIMD instruction does
-//! everywhere, such as a look-up in a table, is best left to a second loop. Meshes are best drawn as
-//! such, by [`ZBuffer::draw_mesh`] and [`ZBuffer::draw_mesh_blocks`]: vertices are projected once,
-//! and all processors take part. None of this changes a bit of the picture.
+//! A shader is a closure from a [`Fragment`] to a colour ([`draw`](ZBufferRenderer::draw)), or from a
+//! [`FragmentBlock`] of 16 fragments to theirs ([`draw_blocks`](ZBufferRenderer::draw_blocks)). The
+//! second is for speed: its loop over the lanes becomes SIMD instructions, for the best level that the
+//! machine has. For that a shader must be inlined: a closure is, and what it calls if that is small or
+//! marked `#[inline(always)]`; a function that is given by its name is not. Keep table look-ups out of
+//! that loop, in a second one: they stop the compiler from vectorising it. Meshes are best drawn as
+//! such, as a [`Mesh`]: vertices are projected once, and all processors take part. None of this changes
+//! a bit of the picture.
+//!
+//! The shader and the loop around it are all that a program compiles of a renderer; the rest is compiled
+//! in this library, once. So it pays to let this library be optimised in programs that are not
+//! themselves:
+//!
+//! ```toml
+//! [profile.dev.package."*"]
+//! opt-level = 3
+//! ```
 //!
 //! # Pictures too large for memory
 //!
-//! [`Scanline`] draws the same pictures from top to bottom and hands each row over when it is
-//! finished, to a [`render::PngFile`] for example. It shades each visible pixel once, and it has
+//! [`ScanlineRenderer::stream`] draws the same pictures from top to bottom and hands each row over when
+//! it is finished, to a `render::PngFile` for example. It shades each visible pixel once, and it has
 //! transparent faces in their order where they cross.
 //!
 //! # Any input is safe
@@ -99,11 +146,12 @@
 //!
 //! # Features
 //!
-//! - `image` (default): textures from files and pictures, framebuffers to pictures, PNG files row
-//!   by row.
-//! - `obj` (default): OBJ and MTL files. Needs `image`.
 //! - `parallel` (default): meshes are drawn by all processors, through `rayon`. The picture is the
 //!   same without.
+//! - `png` (default): PNG files, from framebuffers or row by row, and textures from them.
+//! - `obj` (default): OBJ and MTL files. Needs `png`.
+//! - `image`: textures in the other formats of the `image` crate, and framebuffers to its pictures. It
+//!   takes longer to compile than all the rest.
 //! - `fallback`: the code without SIMD is compiled for machines that have some as well, to test and to
 //!   time it. Where there is no SIMD it is in use without the feature.
 //!

@@ -57,6 +57,8 @@ impl Viewport {
 pub(crate) struct Projection {
     /// The top left corner of the viewport on the framebuffer.
     pub(crate) corner: (i32, i32),
+    /// The last column, relative to the first.
+    pub(crate) last_column: i32,
     /// Width and height in pixels.
     size: [f64; 2],
     depth: [f64; 2],
@@ -78,6 +80,7 @@ impl Projection {
         let Rect { x, y, width, height } = viewport.rect();
         Self {
             corner: (x, y),
+            last_column: width.saturating_sub(1) as i32,
             size: [width, height].map(f64::from),
             depth: viewport.depth().map(f64::from),
             clip_space,

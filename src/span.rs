@@ -9,11 +9,12 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use crate::coverage::Run;
 use crate::coverage::run::RunGroup;
-use crate::fragment::block::{ALL, Block, HALF_BLOCK};
+use crate::fragment::block::{ALL, Block, HALF_BLOCK, SpanLine};
 use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::project::ScreenParams;
+use crate::simd::for_level;
 use crate::surface::mixed::Component;
-use crate::surface::rows::{RowLine, RowValues, SurfaceView};
+use crate::surface::rows::{RowValues, SurfaceView};
 
 /// A run of covered pixels with what is interpolated along it.
 #[derive(Clone, Debug)]
@@ -28,9 +29,10 @@ pub struct Span<'a, const N: usize> {
 /// The values along a span.
 #[derive(Clone, Debug)]
 struct SpanLines<const N: usize> {
-    /// Depth and 1/w.
+    /// Depth.
     values: RowValues,
-    s: [RowLine; N],
+    inv_w: SpanLine,
+    s: [SpanLine; N],
 }
 
 impl<'a, const N: usize> Span<'a, N> {
@@ -48,11 +50,12 @@ impl<'a, const N: usize> Span<'a, N> {
         let runs = RunGroup::of(run);
         surface.start_rows(&runs, &visible, values);
         surface.find_params(values);
-        let mut s = [RowLine::default(); N];
+        let mut s = [SpanLine::default(); N];
         for (line, value) in s.iter_mut().zip(&values.s) {
-            *line = *value;
+            *line = SpanLine::of(value, 0);
         }
-        let lines = SpanLines { values: values.without_params(), s };
+        let inv_w = SpanLine::of(&values.inv_w, 0);
+        let lines = SpanLines { values: values.without_params(), inv_w, s };
         Some(Self { surface, runs, columns: visible, lines })
     }
 
@@ -130,7 +133,7 @@ impl<'a, const N: usize> Span<'a, N> {
     /// # Ok::<(), polyscan::SizeError>(())
     /// ```
     pub fn for_each_block(&self, level: Level, mut f: impl FnMut(&FragmentBlock<'_, N>)) {
-        dispatch!(level, simd => self.blocks(simd, &mut f));
+        for_level!(level, simd => self.blocks(simd, &mut f));
     }
 
     #[inline(always)]
@@ -147,11 +150,11 @@ impl<'a, const N: usize> Span<'a, N> {
         let halves = [(x, 0), (x + HALF_BLOCK as i32, 0)];
         let visible = ALL >> (LANES as i32 - left);
         let mut fragments = FragmentBlock::new(&self.surface, &self.runs, halves, visible);
-        let SpanLines { values, s } = &self.lines;
+        let SpanLines { values, inv_w, s } = &self.lines;
         let block = Block::in_row(simd, 0, (x - values.x[0]) as f32);
         fragments.depth = block.depth(&self.surface, values).into();
         let FragmentBlock { w, params, .. } = &mut fragments;
-        block.any(&self.surface, &values.inv_w, s, w, params);
+        block.any(&self.surface, inv_w, s, w, params);
         fragments
     }
 }

@@ -35,8 +35,8 @@ impl Coverage<'_> {
     #[inline(always)]
     pub(crate) fn for_each_group(self, edges: bool, mut f: impl FnMut(&RunGroup)) {
         let found;
-        // Two options, not one enum: the rows of a triangle are to stay in registers.
-        let (mut rows, mut pair) = (None, None);
+        // Options, not one enum: the rows of a triangle are to stay in registers.
+        let (mut rows, mut pair, mut any) = (None, None, None);
         match self {
             Self::Triangle(triangle) => rows = Some(TriangleRows::new(triangle)),
             Self::Convex(outline) => {
@@ -46,19 +46,19 @@ impl Coverage<'_> {
                     None => pair = Some(ActivePair::new(&outline)),
                 }
             }
-            Self::Any(mut active) => {
-                while let Some(run) = active.next_run() {
-                    f(&RunGroup::of(&run));
-                }
-                return;
-            }
+            Self::Any(active) => any = Some(active),
         }
         let mut group = RunGroup::EMPTY;
         loop {
-            let is_last = match (&mut rows, &mut pair) {
-                (Some(rows), _) => rows.next_group(&mut group),
-                (None, Some(pair)) => pair.next_group(&mut group),
-                (None, None) => return,
+            let is_last = match (&mut rows, &mut pair, &mut any) {
+                (Some(rows), ..) => rows.next_group(&mut group),
+                (None, Some(pair), _) => pair.next_group(&mut group),
+                (None, None, Some(active)) => {
+                    let Some(run) = active.next_run() else { return };
+                    group = RunGroup::of(&run);
+                    false
+                }
+                (None, None, None) => return,
             };
             f(&group);
             if is_last {

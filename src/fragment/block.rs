@@ -56,6 +56,50 @@ impl BlockRows for TwoRows {
     }
 }
 
+/// A value along one row.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SpanLine {
+    /// What it is at one pixel.
+    pub(crate) at: f32,
+    /// Its change per pixel.
+    pub(crate) delta: f32,
+}
+
+impl SpanLine {
+    /// A value along one of a group of rows.
+    #[inline(always)]
+    pub(crate) fn of(line: &RowLine, row: usize) -> Self {
+        Self { at: line.at[row % ROWS], delta: line.delta }
+    }
+}
+
+/// Values that blocks are made of: each along the rows of the block's pixels.
+pub(crate) trait Lines: Copy {
+    /// The rows that their values are given for.
+    type Rows: BlockRows;
+
+    /// What a value is at one pixel of each lane's row, and its change per pixel.
+    fn get<S: Simd>(&self, simd: S, rows: Self::Rows) -> (f32x16<S>, f32);
+}
+
+impl Lines for RowLine {
+    type Rows = TwoRows;
+
+    #[inline(always)]
+    fn get<S: Simd>(&self, simd: S, rows: TwoRows) -> (f32x16<S>, f32) {
+        (rows.at(simd, self), self.delta)
+    }
+}
+
+impl Lines for SpanLine {
+    type Rows = OneRow;
+
+    #[inline(always)]
+    fn get<S: Simd>(&self, simd: S, _: OneRow) -> (f32x16<S>, f32) {
+        (f32x16::splat(simd, self.at), self.delta)
+    }
+}
+
 /// Some pixels of a polygon: their rows, and how far each is from the pixel of its run where values are
 /// given: whole numbers, exact in f32.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +144,16 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         self.steps * line.delta + self.rows.at(self.simd(), line)
     }
 
+    /// The depths, of one row's line.
+    #[inline(always)]
+    pub(crate) fn depth_along<L: Lines<Rows = R>>(
+        &self,
+        z: &L,
+        z_range: (f32, f32),
+    ) -> f32x16<S> {
+        clamped(self.along(z), z_range)
+    }
+
     /// The depths.
     #[inline(always)]
     pub(crate) fn depth(&self, surface: &SurfaceView<'_>, values: &RowValues) -> f32x16<S> {
@@ -118,40 +172,51 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         }
     }
 
+    /// A value that is linear along the rows.
+    #[inline(always)]
+    fn along<L: Lines<Rows = R>>(&self, line: &L) -> f32x16<S> {
+        let (at, delta) = line.get(self.simd(), self.rows);
+        self.steps * delta + at
+    }
+
     /// The w of clip space and the parameters, where all are divided: one reciprocal a pixel.
     #[inline(always)]
-    pub(crate) fn divided<const N: usize>(
+    pub(crate) fn divided<L: Lines<Rows = R>, const N: usize>(
         &self,
         surface: &SurfaceView<'_>,
-        inv_w: &RowLine,
-        s: &[RowLine; N],
+        inv_w: &L,
+        s: &[L; N],
         w: &mut Lanes,
         params: &mut [Lanes; N],
     ) {
         // Where a pixel centre lies outside the polygon, by the rounding of its outline, 1/w may
         // leave its range. It is not brought back: s is not either, so that r keeps to its plane.
-        let per_unit = reciprocal(self.linear(inv_w));
+        let per_unit = reciprocal(self.along(inv_w));
         *w = clamped(per_unit * surface.base.w_unit as f32, surface.base.w.range()).into();
         for (param, line) in params.iter_mut().zip(s) {
-            *param = (self.linear(line) * per_unit).into();
+            *param = (self.along(line) * per_unit).into();
         }
     }
 
     /// The parameters where all w are equal: nothing is divided.
     #[inline(always)]
-    pub(crate) fn undivided<const N: usize>(&self, s: &[RowLine; N], params: &mut [Lanes; N]) {
+    pub(crate) fn undivided<L: Lines<Rows = R>, const N: usize>(
+        &self,
+        s: &[L; N],
+        params: &mut [Lanes; N],
+    ) {
         for (param, line) in params.iter_mut().zip(s) {
-            *param = self.linear(line).into();
+            *param = self.along(line).into();
         }
     }
 
     /// The w of clip space and the parameters, whatever [`Divide`] is.
     #[inline(always)]
-    pub(crate) fn any<const N: usize>(
+    pub(crate) fn any<L: Lines<Rows = R>, const N: usize>(
         &self,
         surface: &SurfaceView<'_>,
-        inv_w: &RowLine,
-        s: &[RowLine; N],
+        inv_w: &L,
+        s: &[L; N],
         w: &mut Lanes,
         params: &mut [Lanes; N],
     ) {
@@ -164,7 +229,7 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         let has_limits = !mixed.limits.is_empty();
         let mut per_unit = f32x16::splat(self.simd(), 1.0);
         if let WRange::Varying { w: w_range, inv_w: inv_w_range } = surface.base.w {
-            let mut per_w = self.linear(inv_w);
+            let mut per_w = self.along(inv_w);
             if has_limits {
                 per_w = clamped(per_w, inv_w_range);
             }
@@ -172,7 +237,7 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
             *w = clamped(per_unit * surface.base.w_unit as f32, w_range).into();
         }
         for (i, (param, line)) in params.iter_mut().zip(s).enumerate() {
-            let s = self.linear(line);
+            let s = self.along(line);
             let r = if mixed.times_w[i] { s * per_unit } else { s };
             *param = r.into();
             if has_limits {

@@ -35,8 +35,9 @@ impl ProjectedVertices {
         outcodes.resize(vertices.len(), Outcode::default());
         let any_outside = std::sync::atomic::AtomicBool::new(false);
         for_each_part((points, PART), (outcodes, PART), |part, points, outcodes| {
-            let inside = for_level!(level, _simd => {
-                project_some(call, &volume, vertices, part * PART, points, outcodes)
+            let mut inside = true;
+            for_level!(level, _simd => {
+                inside = project_some(call, &volume, vertices, part * PART, points, outcodes);
             });
             if !inside {
                 any_outside.store(true, std::sync::atomic::Ordering::Relaxed);

@@ -6,7 +6,7 @@ use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::render::geometry::{Batch, Geometry, GeometryMemory};
 use crate::render::paint::Paint;
 use crate::render::parallel::Shading;
-use crate::render::shader::{DepthOnly, Painter, PerBlock, PerFragment, Shader};
+use crate::render::shader::{Alone, DepthOnly, Painter, PerBlock, PerFragment, Shader};
 use crate::render::target::RenderTarget;
 use crate::simd::for_level;
 
@@ -89,7 +89,11 @@ pub(crate) fn draw_depth<const N: usize>(
 ) {
     let target = frame.target();
     let (width, depth) = (target.width(), target.depth);
-    submit(renderer, Some(geometry), width, depth, Shading::OnThreads(&mut DepthOnly));
+    let mut geometry = Some(geometry);
+    for_level!(renderer.level(), simd => {
+        let mut depth_only = DepthOnly(simd);
+        submit(renderer, geometry.take(), width, depth, Shading::OnThreads(&mut depth_only));
+    });
 }
 
 /// A renderer that works on this thread alone, so that a shader may change what it captures; from
@@ -134,7 +138,7 @@ impl<R: Renderer<N>, const N: usize> OneThread<'_, R, N> {
         T: RenderTarget<Color: Copy>,
         P: Paint<T::Color>,
     {
-        draw_on_one_thread(self.0, frame, geometry, PerFragment(shader));
+        draw_on_one_thread(self.0, frame, geometry, PerFragment::new(Alone(shader)));
     }
 
     /// Draws by a shader of [`LANES`] fragments at a time, as the renderer's own `draw_blocks`.
@@ -144,20 +148,26 @@ impl<R: Renderer<N>, const N: usize> OneThread<'_, R, N> {
         geometry: impl Geometry<N>,
         shader: impl FnMut(&mut FragmentBlock<'_, N>, &mut [T::Color; LANES]),
     ) {
-        draw_on_one_thread(self.0, frame, geometry, PerBlock(shader));
+        draw_on_one_thread(self.0, frame, geometry, PerBlock(Alone(shader)));
     }
 
     /// Draws depth alone, as the renderer's own `draw_depth`.
     pub fn draw_depth(&mut self, frame: &mut impl RenderTarget, geometry: impl Geometry<N>) {
         let target = frame.target();
         let (width, depth) = (target.width(), target.depth);
-        submit(self.0, Some(geometry), width, depth, Shading::OnOneThread(&mut DepthOnly));
+        let mut geometry = Some(geometry);
+        for_level!(self.0.level(), simd => {
+            let mut depth_only = DepthOnly(simd);
+            submit(self.0, geometry.take(), width, depth, Shading::OnOneThread(&mut depth_only));
+        });
     }
 }
 
 /// Gives a renderer the methods that all have.
 macro_rules! drawing_methods {
     ($renderer:ident) => {
+        use $crate::render::shader::{PerBlock, PerFragment, Shared};
+
         impl<const N: usize> $renderer<N> {
             /// Draws [geometry](crate::render::Geometry): `&polygon`, a [`Mesh`](crate::Mesh), a
             /// [tree](crate::BspTree::seen_by). `shader` is called for each fragment that is to be
@@ -177,7 +187,7 @@ macro_rules! drawing_methods {
                 T: $crate::render::RenderTarget<Color: Copy + Send>,
                 R: $crate::render::Paint<T::Color>,
             {
-                let shader = $crate::render::shader::PerFragment(&shader);
+                let shader = PerFragment::new(Shared(&shader));
                 $crate::render::front::draw_on_threads(self, frame, geometry, shader);
             }
 
@@ -211,7 +221,7 @@ macro_rules! drawing_methods {
                     &mut [T::Color; $crate::fragment::LANES],
                 ) + Sync,
             ) {
-                let shader = $crate::render::shader::PerBlock(&shader);
+                let shader = PerBlock(Shared(&shader));
                 $crate::render::front::draw_on_threads(self, frame, geometry, shader);
             }
 

@@ -176,9 +176,8 @@ impl BandDrawing<'_, '_> {
                 let indices = faces.get(face as usize).iter();
                 primitive.prepare_inside(call, number, indices.filter_map(corner), &rows);
             }
-            let (surface, coverage) = primitive.parts();
-            let primitive = (&surface, coverage);
-            draw_primitive(simd, (call, self.plan), primitive, self.band, raster, self.shader);
+            let drawing = (call, self.plan);
+            draw_prepared(simd, drawing, primitive, self.band, raster, self.shader);
         }
     }
 
@@ -205,6 +204,25 @@ impl BandDrawing<'_, '_> {
         vertices.gather(&triangles[..count], &mut gathered.positions, &mut gathered.params);
         count
     }
+}
+
+/// Draws a face that is not one of a batch. Not inlined: the code would be there twice.
+#[inline(never)]
+fn draw_prepared<S: Simd>(
+    simd: S,
+    drawing: (&DrawCall<'_>, Plan),
+    primitive: &mut Primitive,
+    band: &mut Band<'_>,
+    memory: &mut RasterMemory,
+    shader: &mut dyn ShadeBlocks,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (surface, coverage) = primitive.parts();
+            draw_primitive(simd, drawing, (&surface, coverage), band, memory, shader);
+        },
+    );
 }
 
 /// Draws a face in a band, unless the coarse depth hides it.

@@ -39,7 +39,7 @@ use crate::render::paint::Paint;
 use crate::render::parallel::{Shading, beside, threads};
 use crate::render::scanline::active::ActiveFaces;
 use crate::render::scanline::draw::{RowsMemory, draw_rows, rows_at_once};
-use crate::render::shader::{Painter, PerBlock, PerFragment, Shader};
+use crate::render::shader::{Painter, Shader};
 use crate::settings::{DrawCall, Settings};
 use crate::simd::for_level;
 use crate::vertices::Vertices;
@@ -151,7 +151,7 @@ impl<const N: usize> ScanlineRenderer<N> {
         C: Copy + Send + Sync,
         R: Paint<C>,
     {
-        self.stream_with(geometry, background, PerFragment(&shader), sink)
+        self.stream_with(geometry, background, PerFragment::new(Shared(&shader)), sink)
     }
 
     /// Streams rows by a shader of [`LANES`] pixels at a time, as [`stream`](Self::stream) does by one
@@ -166,7 +166,7 @@ impl<const N: usize> ScanlineRenderer<N> {
         shader: impl Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]) + Sync,
         sink: impl FnMut(u32, &[C]) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.stream_with(geometry, background, PerBlock(&shader), sink)
+        self.stream_with(geometry, background, PerBlock(Shared(&shader)), sink)
     }
 
     fn stream_with<C, K, E>(

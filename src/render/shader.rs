@@ -5,14 +5,18 @@
 //! before it is compiled once, in the library. The two meet at [`ShadeBlocks`], behind `dyn`: a call for
 //! the blocks of some rows, not for each, so that its cost is small beside the pixels'.
 
-use fearless_simd::{Simd, SimdMask, mask32x8};
+use std::marker::PhantomData;
+
+use fearless_simd::{Select, Simd, SimdFrom, SimdMask, f32x16, mask32x8, mask32x16};
 
 use crate::coverage::run::{ROWS, RunGroup};
-use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES};
+use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES, OneRow, SpanLine};
 use crate::fragment::{Fragment, FragmentBlock};
+use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
 use crate::surface::base::Divide;
-use crate::surface::rows::{RowLine, RowValues, SurfaceView};
+use crate::surface::rows::{RowValues, SurfaceView};
+use crate::viewport::MAX_SIZE;
 
 /// The rows of a polygon that are being drawn.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +39,7 @@ pub(crate) struct PartBlock {
     pub(crate) pixels: [usize; 2],
 }
 
-/// Neighbouring blocks in a row, all lanes of which are visible.
+/// Neighbouring whole blocks in a row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WholeBlocks {
     pub(crate) row: usize,
@@ -47,9 +51,13 @@ pub(crate) struct WholeBlocks {
 
 /// What shades the blocks that a raster finds visible.
 pub(crate) trait ShadeBlocks {
-    /// Shades blocks of which all lanes are visible: one for each element of `drawn`, which is set to
-    /// the lanes that were not discarded.
-    fn shade_whole(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, drawn: &mut [u32]);
+    /// Draws whole blocks by [`Plan::COMMON`](crate::render::raster::plan::Plan::COMMON), on the given
+    /// depths, as long as all lanes of each are visible or none. Returns how many pixels that are.
+    ///
+    /// Test, shader and store are in one loop here, while those of parts are apart: only so do the waits
+    /// for depths overlap with the work of the shader. Apart they made a quad of two parameters take
+    /// half as long again.
+    fn draw_whole(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, depths: &mut [f32]) -> usize;
 
     /// Shades blocks of which some lanes are visible, and leaves in each those that were not discarded.
     fn shade_parts(&mut self, patch: &Patch<'_>, blocks: &mut [PartBlock]);
@@ -90,21 +98,95 @@ pub(crate) trait Shader<C, const N: usize> {
 /// The colours of a block, which may lie in two rows.
 pub(crate) type Halves<'a, C> = [&'a mut [C; HALF_BLOCK]; 2];
 
-/// A shader that is called for one fragment at a time.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PerFragment<F>(pub(crate) F);
+/// A function that threads share.
+#[derive(Debug)]
+pub(crate) struct Shared<'f, F>(pub(crate) &'f F);
 
-impl<const N: usize, C, R, F> Shader<C, N> for PerFragment<F>
+impl<F> Clone for Shared<'_, F> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<F> Copy for Shared<'_, F> {}
+
+/// A function that is called on one thread alone.
+#[derive(Debug)]
+pub(crate) struct Alone<F>(pub(crate) F);
+
+/// A function from a fragment, called as itself: through a reference to it, it would not be inlined.
+pub(crate) trait FragmentFunction<R, const N: usize> {
+    fn call(&mut self, fragment: &Fragment<'_, N>) -> R;
+}
+
+impl<R, F: Fn(&Fragment<'_, N>) -> R, const N: usize> FragmentFunction<R, N> for Shared<'_, F> {
+    #[inline(always)]
+    fn call(&mut self, fragment: &Fragment<'_, N>) -> R {
+        (*self.0)(fragment)
+    }
+}
+
+impl<R, F: FnMut(&Fragment<'_, N>) -> R, const N: usize> FragmentFunction<R, N> for Alone<F> {
+    #[inline(always)]
+    fn call(&mut self, fragment: &Fragment<'_, N>) -> R {
+        (self.0)(fragment)
+    }
+}
+
+/// A function from a block of fragments.
+pub(crate) trait BlockFunction<C, const N: usize> {
+    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]);
+}
+
+impl<C, F, const N: usize> BlockFunction<C, N> for Shared<'_, F>
+where
+    F: Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
+{
+    #[inline(always)]
+    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) {
+        (*self.0)(block, colors);
+    }
+}
+
+impl<C, F, const N: usize> BlockFunction<C, N> for Alone<F>
+where
+    F: FnMut(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
+{
+    #[inline(always)]
+    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) {
+        (self.0)(block, colors);
+    }
+}
+
+/// A shader that is called for one fragment at a time, and returns an `R`.
+#[derive(Debug)]
+pub(crate) struct PerFragment<F, R>(F, PhantomData<fn() -> R>);
+
+impl<F, R> PerFragment<F, R> {
+    pub(crate) fn new(function: F) -> Self {
+        Self(function, PhantomData)
+    }
+}
+
+impl<F: Clone, R> Clone for PerFragment<F, R> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone(), PhantomData)
+    }
+}
+
+impl<F: Copy, R> Copy for PerFragment<F, R> {}
+
+impl<const N: usize, C, R, F> Shader<C, N> for PerFragment<F, R>
 where
     R: Paint<C>,
-    F: FnMut(&Fragment<'_, N>) -> R,
+    F: FragmentFunction<R, N>,
 {
     #[inline(always)]
     fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
         let mut drawn = ALL;
         // A plain loop, which the compiler may turn into SIMD.
         for (lane, color) in colors.iter_mut().enumerate() {
-            let painted = (self.0)(&block.fragment(lane)).paint(color);
+            let painted = self.0.call(&block.fragment(lane)).paint(color);
             drawn &= !(u32::from(!painted) << lane);
         }
         drawn
@@ -122,7 +204,7 @@ where
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
             let color = &mut colors[lane / HALF_BLOCK][lane % HALF_BLOCK];
-            let painted = (self.0)(&block.fragment(lane)).paint(color);
+            let painted = self.0.call(&block.fragment(lane)).paint(color);
             drawn &= !(u32::from(!painted) << lane);
         }
         drawn
@@ -140,12 +222,12 @@ pub(crate) struct PerBlock<F>(pub(crate) F);
 impl<const N: usize, C, F> Shader<C, N> for PerBlock<F>
 where
     C: Copy,
-    F: FnMut(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
+    F: BlockFunction<C, N>,
 {
     #[inline(always)]
     fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
         let before = *colors;
-        (self.0)(block, colors);
+        self.0.call(block, colors);
         let drawn = block.visible & ALL;
         if drawn != ALL {
             for lane in (0..LANES).filter(|lane| drawn >> lane & 1 == 0) {
@@ -167,7 +249,7 @@ where
             #[inline(always)]
             |lane| if lane < HALF_BLOCK { lower[lane] } else { upper[lane - HALF_BLOCK] },
         ));
-        (self.0)(block, &mut shaded.0);
+        self.0.call(block, &mut shaded.0);
         // What the shader made is stored here as a whole: only then does the compiler see that its
         // loop over the lanes can be SIMD, whatever becomes of each lane.
         let shaded = std::hint::black_box(&shaded).0;
@@ -201,18 +283,19 @@ pub(crate) struct Painter<'a, S, C, K, const N: usize> {
 }
 
 impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> ShadeBlocks for Painter<'_, S, C, K, N> {
-    fn shade_whole(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, drawn: &mut [u32]) {
+    fn draw_whole(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, depths: &mut [f32]) -> usize {
         let simd = self.simd;
         match patch.surface.base.divide {
             Divide::PerPixel => simd.vectorize(
                 #[inline(always)]
-                || self.whole::<true>(patch, blocks, drawn),
+                || self.whole::<true>(patch, blocks, depths),
             ),
             Divide::Never => simd.vectorize(
                 #[inline(always)]
-                || self.whole::<false>(patch, blocks, drawn),
+                || self.whole::<false>(patch, blocks, depths),
             ),
-            Divide::Mixed => self.whole_in_parts(patch, blocks, drawn),
+            // Drawn as parts: no third copy of the shader for what is rare.
+            Divide::Mixed => 0,
         }
     }
 
@@ -235,108 +318,168 @@ impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> ShadeBlocks for Painter<
 }
 
 impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> Painter<'_, S, C, K, N> {
-    /// Shades whole blocks of a polygon all of whose parameters are divided, or none.
+    /// Draws whole blocks of a polygon all of whose parameters are divided, or none.
     #[inline(always)]
     fn whole<const DIVIDES: bool>(
         &mut self,
         patch: &Patch<'_>,
         blocks: WholeBlocks,
-        drawn: &mut [u32],
-    ) {
+        depths: &mut [f32],
+    ) -> usize {
         let Patch { surface, runs, values } = *patch;
-        let Some(s) = values.s.first_chunk::<N>() else { return };
-        // In registers or at fixed places, whatever is stored in between.
+        let Some(s) = values.s.first_chunk::<N>() else {
+            rarely();
+            return 0;
+        };
+        // Copies: what is read through references would be read again after each colour is stored.
         let row = blocks.row % ROWS;
-        let one = |line: &RowLine| RowLine { at: [line.at[row]; ROWS], delta: line.delta };
-        let mut lines = [RowLine::default(); N];
+        let mut lines = [SpanLine::default(); N];
         for (line, value) in lines.iter_mut().zip(s) {
-            *line = one(value);
+            *line = SpanLine::of(value, row);
         }
-        let inv_w = one(&values.inv_w);
-        let mut block = Block::in_row(self.simd, 0, blocks.steps);
-        let mut x = values.x[row] + blocks.steps as i32;
+        let inv_w = SpanLine::of(&values.inv_w, row);
+        let first_column = values.x[row] + blocks.steps as i32;
         let start = blocks.pixel.wrapping_sub(self.pixels_before);
-        let colors = self.colors.get_mut(start..).unwrap_or_default().as_chunks_mut().0;
-        for (colors, drawn) in colors.iter_mut().zip(drawn) {
-            let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
-            let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
-            fragments.depth = block.depth(surface, values).into();
-            let FragmentBlock { w, params, .. } = &mut fragments;
-            if DIVIDES {
-                block.divided(surface, &inv_w, &lines, w, params);
-            } else {
-                block.undivided(&lines, params);
-            }
-            *drawn = self.shader.whole(&mut fragments, colors);
-            block.advance();
-            x += LANES as i32;
-        }
-    }
-
-    /// Shades whole blocks as if only parts of them were visible: no third copy of the shader for what
-    /// is rare.
-    #[cold]
-    fn whole_in_parts(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, drawn: &mut [u32]) {
-        let WholeBlocks { row, mut steps, mut pixel } = blocks;
-        let half = HALF_BLOCK as f32;
-        for drawn in drawn {
-            let mut part = [PartBlock {
-                visible: ALL,
-                rows: [row; 2],
-                steps: [steps, steps + half],
-                pixels: [pixel, pixel + HALF_BLOCK],
-            }];
-            self.shade_parts(patch, &mut part);
-            *drawn = part[0].visible;
-            steps += LANES as f32;
-            pixel += LANES;
-        }
+        let Some(colors) = self.colors.get_mut(start..start.wrapping_add(depths.len())) else {
+            rarely();
+            return 0;
+        };
+        draw_whole_blocks(
+            self.simd,
+            patch,
+            blocks,
+            (colors, depths),
+            #[inline(always)]
+            |block, depth, pixel, colors| {
+                let x = first_column + pixel as i32;
+                let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
+                let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
+                fragments.depth = depth.into();
+                let FragmentBlock { w, params, .. } = &mut fragments;
+                if DIVIDES {
+                    block.divided(surface, &inv_w, &lines, w, params);
+                } else {
+                    block.undivided(&lines, params);
+                }
+                self.shader.whole(&mut fragments, colors)
+            },
+        )
     }
 
     #[inline(always)]
     fn parts(&mut self, patch: &Patch<'_>, blocks: &mut [PartBlock]) {
         let Patch { surface, runs, values } = *patch;
-        let Some(s) = values.s.first_chunk::<N>() else { return };
-        for part in blocks {
-            let block = Block::in_two_rows(self.simd, part.rows, part.steps);
-            let column = |half: usize| {
-                (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
-            };
-            let halves = [column(0), column(1)];
-            let mut fragments = FragmentBlock::new(surface, runs, halves, part.visible);
-            fragments.depth = block.depth(surface, values).into();
-            let FragmentBlock { w, params, .. } = &mut fragments;
-            if surface.base.divide == Divide::PerPixel {
-                block.divided(surface, &values.inv_w, s, w, params);
-            } else {
-                block.any(surface, &values.inv_w, s, w, params);
-            }
-            let pixels = part.pixels.map(|pixel| pixel.wrapping_sub(self.pixels_before));
-            part.visible = match halves_at(self.colors, pixels) {
-                Some(colors) => self.shader.part(self.simd, &mut fragments, colors),
-                None => self.part_at_end(&mut fragments, pixels),
-            };
-        }
-    }
-
-    /// Shades a block that reaches over the ends of the colours, or over itself, as in narrow pictures.
-    #[cold]
-    fn part_at_end(&mut self, block: &mut FragmentBlock<'_, N>, pixels: [usize; 2]) -> u32 {
-        let Some(&any) = self.colors.first() else { return 0 };
-        let color = |pixel: usize| self.colors.get(pixel).copied().unwrap_or(any);
-        let [mut lower, mut upper] =
-            pixels.map(|first| std::array::from_fn(|lane| color(first.wrapping_add(lane))));
-        let drawn = self.shader.part(self.simd, block, [&mut lower, &mut upper]);
-        for (half, colors) in [lower, upper].iter().enumerate() {
-            for (lane, color) in colors.iter().enumerate() {
-                if drawn >> (half * HALF_BLOCK + lane) & 1 != 0
-                    && let Some(pixel) = self.colors.get_mut(pixels[half].wrapping_add(lane))
-                {
-                    *pixel = *color;
+        let Some(s) = values.s.first_chunk::<N>() else {
+            rarely();
+            return;
+        };
+        for blocks in blocks.chunks_mut(NEST) {
+            for part in blocks {
+                let block = Block::in_two_rows(self.simd, part.rows, part.steps);
+                let column = |half: usize| {
+                    (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
+                };
+                let halves = [column(0), column(1)];
+                let mut fragments = FragmentBlock::new(surface, runs, halves, part.visible);
+                fragments.depth = block.depth(surface, values).into();
+                let FragmentBlock { w, params, .. } = &mut fragments;
+                if surface.base.divide == Divide::PerPixel {
+                    block.divided(surface, &values.inv_w, s, w, params);
+                } else {
+                    block.any(surface, &values.inv_w, s, w, params);
+                }
+                let pixels = part.pixels.map(|pixel| pixel.wrapping_sub(self.pixels_before));
+                let mut copy = None;
+                let colors = match halves_at(self.colors, pixels) {
+                    Some(colors) => colors,
+                    None => {
+                        rarely();
+                        let Some(any) = self.colors.first() else { return };
+                        let [lower, upper] =
+                            copy.insert(pixels.map(|pixel| half_at_end(self.colors, pixel, *any)));
+                        [lower, upper]
+                    }
+                };
+                part.visible = self.shader.part(self.simd, &mut fragments, colors);
+                if let Some(halves) = &copy {
+                    put_back(self.colors, pixels, halves, part.visible);
                 }
             }
         }
-        drawn
+    }
+}
+
+/// Tests whole blocks of a row, the first pixel of which is that of the colours and of the depths; calls
+/// `shade` for those that are visible, and stores the depths of the lanes that it returns. Ends at a block
+/// that is visible in part. Returns how many pixels are done.
+#[inline(always)]
+fn draw_whole_blocks<S: Simd, C>(
+    simd: S,
+    patch: &Patch<'_>,
+    blocks: WholeBlocks,
+    (colors, depths): (&mut [C], &mut [f32]),
+    mut shade: impl FnMut(&Block<S, OneRow>, f32x16<S>, usize, &mut [C; LANES]) -> u32,
+) -> usize {
+    let row = blocks.row % ROWS;
+    let (z, z_range) = (SpanLine::of(&patch.values.z, row), patch.surface.base.z_range);
+    let mut block = Block::in_row(simd, row, blocks.steps);
+    let (colors, depths) = (colors.as_chunks_mut().0, depths.as_chunks_mut().0);
+    let mut done = 0;
+    for (colors, depths) in colors.chunks_mut(NEST).zip(depths.chunks_mut(NEST)) {
+        for (colors, stored) in colors.iter_mut().zip(depths) {
+            let depth = block.depth_along(&z, z_range);
+            let old = f32x16::simd_from(simd, *stored);
+            let visible = Comparison::Less.passes(depth, old) & ALL;
+            if visible == ALL {
+                let drawn = shade(&block, depth, done, colors);
+                let drawn_mask = mask32x16::from_bitmask(simd, drawn.into());
+                let new = if drawn == ALL { depth } else { drawn_mask.select(depth, old) };
+                *stored = new.into();
+            } else {
+                rarely();
+                if visible != 0 {
+                    return done;
+                }
+            }
+            done += LANES;
+            block.advance();
+        }
+    }
+    done
+}
+
+/// Blocks in the inner of two loops. A call within two loops the compiler takes to be hot, and inlines
+/// larger shaders there than within one (LLVM's `locally-hot-callsite-threshold`), if it knows the ways
+/// out of the loops to be [rare](rarely).
+const NEST: usize = 64;
+
+/// Tells the compiler that the branch that calls this is rarely taken.
+#[cold]
+fn rarely() {}
+
+/// The colours of half a block that reaches over the ends of a list; where there are none, `any`.
+#[cold]
+fn half_at_end<C: Copy>(colors: &[C], first: usize, any: C) -> [C; HALF_BLOCK] {
+    let color = |lane: usize| colors.get(first.wrapping_add(lane)).copied().unwrap_or(any);
+    std::array::from_fn(color)
+}
+
+/// Puts the colours that were drawn where they belong, as far as they do.
+#[cold]
+fn put_back<C: Copy>(
+    colors: &mut [C],
+    pixels: [usize; 2],
+    halves: &[[C; HALF_BLOCK]; 2],
+    drawn: u32,
+) {
+    for (half, shaded) in halves.iter().enumerate() {
+        for (lane, color) in shaded.iter().enumerate() {
+            if drawn >> (half * HALF_BLOCK + lane) & 1 != 0
+                && let Some(pixel) = colors.get_mut(pixels[half].wrapping_add(lane))
+            {
+                *pixel = *color;
+            }
+        }
     }
 }
 
@@ -370,11 +513,20 @@ pub(crate) fn halves_at<T>(pixels: &mut [T], at: [usize; 2]) -> Option<Halves<'_
 
 /// No shader: depth alone is drawn.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct DepthOnly;
+pub(crate) struct DepthOnly<S>(pub(crate) S);
 
-impl ShadeBlocks for DepthOnly {
-    fn shade_whole(&mut self, _: &Patch<'_>, _: WholeBlocks, drawn: &mut [u32]) {
-        drawn.fill(ALL);
+impl<S: Simd> ShadeBlocks for DepthOnly<S> {
+    fn draw_whole(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, depths: &mut [f32]) -> usize {
+        let simd = self.0;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut colors = [(); WIDEST];
+                let count = depths.len().min(WIDEST);
+                let both = (&mut colors[..count], &mut depths[..count]);
+                draw_whole_blocks(simd, patch, blocks, both, |_, _, _, _| ALL)
+            },
+        )
     }
 
     fn shade_parts(&mut self, _: &Patch<'_>, _: &mut [PartBlock]) {}
@@ -386,12 +538,15 @@ impl ShadeBlocks for DepthOnly {
     }
 }
 
-impl ShadeOnThreads for DepthOnly {
+/// As many colours without a size as a row may have pixels.
+const WIDEST: usize = MAX_SIZE as usize;
+
+impl<S: Simd + Send> ShadeOnThreads for DepthOnly<S> {
     fn split(
         &mut self,
         _: usize,
         f: &mut dyn FnMut(&mut dyn ShadeOnThreads, &mut dyn ShadeOnThreads),
     ) {
-        f(&mut Self, &mut Self);
+        f(&mut self.clone(), &mut self.clone());
     }
 }

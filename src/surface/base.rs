@@ -59,6 +59,8 @@ impl WRange {
 pub(crate) struct SurfaceBase {
     /// The corner of the viewport on the framebuffer.
     pub(crate) corner: (i32, i32),
+    /// The last column of the viewport, relative to its first.
+    pub(crate) last_column: i32,
     /// The number of the polygon in its mesh.
     pub(crate) face: u32,
     /// Whether its front is seen.
@@ -81,6 +83,7 @@ impl Default for SurfaceBase {
     fn default() -> Self {
         Self {
             corner: (0, 0),
+            last_column: 0,
             face: 0,
             is_front: true,
             origin: [0.0; 2],

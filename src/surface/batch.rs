@@ -138,6 +138,7 @@ impl TriangleSurface<f64> {
         let w = WRange::new(self.w, self.inv_w_range);
         let mut base = SurfaceBase {
             corner: call.projection.corner,
+            last_column: call.projection.last_column,
             face,
             is_front,
             origin: self.origin,

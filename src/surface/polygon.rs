@@ -83,6 +83,7 @@ impl PolygonSurface {
         let (near, far) = extent(self.mixed.vertices.points.iter().map(|p| p.z));
         self.base = SurfaceBase {
             corner: call.projection.corner,
+            last_column: call.projection.last_column,
             face,
             is_front,
             z_range: (near as f32, far as f32),

@@ -73,6 +73,9 @@ pub(crate) struct RowValues {
     from_origin: [[f64; ROWS]; 2],
 }
 
+/// How far from the viewport, in pixels, values may be given.
+const MARGIN: i32 = 1024;
+
 impl RowValues {
     /// A copy without the parameters' values.
     pub(crate) fn without_params(&self) -> Self {
@@ -115,6 +118,8 @@ impl<'a> SurfaceView<'a> {
                 if is_falling {
                     values.x[row] = runs.end[row] - 1;
                 }
+                // Not so far outside of the viewport that the steps to it would cost digits.
+                values.x[row] = values.x[row].clamp(-MARGIN, self.base.last_column + MARGIN);
                 xs[row] = f64::from(values.x[row]) + 0.5 - self.base.origin[0];
                 ys[row] = f64::from(runs.y) + row as f64 + 0.5 - self.base.origin[1];
             }

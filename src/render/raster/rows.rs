@@ -9,7 +9,7 @@ use fearless_simd::Simd;
 
 use crate::coverage::run::{ROWS, RunGroup};
 use crate::coverage::shape::Coverage;
-use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES};
+use crate::fragment::block::{ALL, HALF_BLOCK, LANES};
 use crate::render::band::Band;
 use crate::render::coarse_depth::TILE_WIDTH;
 use crate::render::raster::plan::{ForAny, ForCommon, Plan, PlanFor};
@@ -35,48 +35,35 @@ pub(crate) fn draw<S: Simd>(
     memory: &mut RasterMemory,
     shader: &mut dyn ShadeBlocks,
 ) {
-    let mut draw_group = |runs: &RunGroup| {
-        if plan == Plan::COMMON {
-            draw_group::<ForCommon, S>(simd, plan, (surface, runs), columns, band, memory, shader);
-        } else {
-            draw_any_group(simd, plan, (surface, runs), columns, band, memory, shader);
-        }
-    };
     let needs_edges = surface.needs_edges();
+    // One closure, called at one place: only then is it inlined into the function for the level.
     coverage.for_each_group(
         needs_edges,
         #[inline(always)]
         |runs| {
             if needs_edges {
                 // Each run has changes per pixel of its own.
-                (0..runs.len).for_each(|row| draw_group(&RunGroup::of(&runs.run(row))));
+                for row in 0..runs.len {
+                    let run = RunGroup::of(&runs.run(row));
+                    draw_runs(simd, plan, (surface, &run), columns, band, memory, shader);
+                }
+            } else if plan == Plan::COMMON {
+                let polygon = (surface, runs);
+                draw_group::<ForCommon, S>(simd, plan, polygon, columns, band, memory, shader);
             } else {
-                draw_group(runs);
+                draw_runs(simd, plan, (surface, runs), columns, band, memory, shader);
             }
         },
     );
 }
 
-/// Draws a group of runs, in some columns; one alone where some values have no plane.
+/// Draws a group of runs, in some columns, with any plan; one run alone where some values have no
+/// plane.
 #[inline(never)]
 pub(crate) fn draw_runs<S: Simd>(
     simd: S,
     plan: Plan,
-    (surface, runs): (&SurfaceView<'_>, &RunGroup),
-    columns: &Range<i32>,
-    band: &mut Band<'_>,
-    memory: &mut RasterMemory,
-    shader: &mut dyn ShadeBlocks,
-) {
-    draw_any_group(simd, plan, (surface, runs), columns, band, memory, shader);
-}
-
-/// Draws a group of runs with settings that are not common.
-#[inline(never)]
-fn draw_any_group<S: Simd>(
-    simd: S,
-    plan: Plan,
-    (surface, runs): (&SurfaceView<'_>, &RunGroup),
+    polygon: (&SurfaceView<'_>, &RunGroup),
     columns: &Range<i32>,
     band: &mut Band<'_>,
     memory: &mut RasterMemory,
@@ -84,7 +71,7 @@ fn draw_any_group<S: Simd>(
 ) {
     simd.vectorize(
         #[inline(always)]
-        || draw_group::<ForAny, S>(simd, plan, (surface, runs), columns, band, memory, shader),
+        || draw_group::<ForAny, S>(simd, plan, polygon, columns, band, memory, shader),
     );
 }
 
@@ -218,7 +205,6 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         let mut at = start.wrapping_sub(before);
         let mut steps =
             self.values.steps[row] + ((columns.start - first) as i32 - before as i32) as f32;
-        let mut block = Block::in_row(self.simd, row, steps);
         let mut lanes = ALL << before & ALL;
         loop {
             let left = end.wrapping_sub(at);
@@ -237,8 +223,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             }
             at = at.wrapping_add(LANES);
             steps += LANES as f32;
-            block.advance();
-            let done = self.draw_whole::<P>(row, &mut block, steps, at..end);
+            let done = self.draw_whole::<P>(row, steps, at..end);
             (at, steps) = (at + done, steps + done as f32);
             if at == end {
                 return;
