@@ -61,7 +61,9 @@ impl GatheredTriangles {
         let [a, b, c] = &self.params[i];
         let is_flat = !call.is_all_perspective && call.interpolation[i] == Interpolation::Flat;
         let [b, c] = if is_flat { [a, a] } else { [b, c] };
-        [a, b, c].map(|corner| wide(simd, corner, |param| *param))
+        // Three calls, not `array::map`, which need not be inlined.
+        let lanes = |corner| wide(simd, corner, |param: &f32| *param);
+        [lanes(a), lanes(b), lanes(c)]
     }
 }
 
@@ -89,9 +91,17 @@ impl TriangleBatch {
         gathered: &GatheredTriangles,
         rows: &Range<i32>,
     ) {
-        let points = [0, 1, 2].map(|corner| gathered.points(simd, corner));
+        let points = [
+            gathered.points(simd, 0),
+            gathered.points(simd, 1),
+            gathered.points(simd, 2),
+        ];
         let (edges, traits) = TriangleEdges::new(points, rows);
-        let positions = [0, 1, 2].map(|corner| gathered.position(simd, corner));
+        let positions = [
+            gathered.position(simd, 0),
+            gathered.position(simd, 1),
+            gathered.position(simd, 2),
+        ];
         self.params.resize(call.params(), ScreenPlane::default());
         let planes = &mut self.params[..call.params()];
         let (surfaces, is_plain) = TriangleSurface::new(

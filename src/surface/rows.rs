@@ -52,18 +52,22 @@ pub(crate) struct RowLine {
     pub(crate) delta: f32,
 }
 
-/// The values along the runs of a group of rows, as far as they are visible.
+/// The visible columns of the runs of a group of rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VisibleColumns {
+    /// The first of each run, relative to the viewport.
+    pub(crate) start: [i32; ROWS],
+    /// How many there are; 0 in rows that the group does not have.
+    pub(crate) width: [i32; ROWS],
+    /// How far the first is from the one where the values are given: whole numbers, exact in f32.
+    pub(crate) steps: [f32; ROWS],
+}
+
+/// The values along the runs of a group of rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowValues {
     /// The column, relative to the viewport, where the values are given.
     pub(crate) x: [i32; ROWS],
-    /// The first visible column of each run.
-    pub(crate) start: [i32; ROWS],
-    /// The number of visible columns; 0 in rows that the group does not have.
-    pub(crate) width: [i32; ROWS],
-    /// How far the first visible column is from the one where the values are given: whole numbers,
-    /// exact in f32.
-    pub(crate) steps: [f32; ROWS],
     pub(crate) z: RowLine,
     pub(crate) inv_w: RowLine,
     pub(crate) s: Vec<RowLine>,
@@ -100,45 +104,62 @@ impl<'a> SurfaceView<'a> {
         }
     }
 
-    /// Finds the depths along the runs of a group, as far as they lie in some columns.
+    /// Finds the depths along the runs of a group, and which of the given columns are in each run.
     #[inline(always)]
     pub(crate) fn start_rows(
         &self,
         runs: &RunGroup,
         columns: &Range<i32>,
         values: &mut RowValues,
-    ) {
+    ) -> VisibleColumns {
         if self.needs_edges() {
             self.row_by_edges(runs, values);
         } else {
-            let is_falling = (self.base.inv_w.dx as f32) < 0.0;
-            values.x = runs.start;
-            let [xs, ys] = &mut values.from_origin;
-            for row in 0..ROWS {
-                if is_falling {
-                    values.x[row] = runs.end[row] - 1;
-                }
-                // Not so far outside of the viewport that the steps to it would cost digits.
-                values.x[row] = values.x[row].clamp(-MARGIN, self.base.last_column + MARGIN);
-                xs[row] = f64::from(values.x[row]) + 0.5 - self.base.origin[0];
-                ys[row] = f64::from(runs.y) + row as f64 + 0.5 - self.base.origin[1];
-            }
-            values.z = line(&values.from_origin, self.base.z);
-            values.has_params = false;
+            self.start_on_planes(runs, values);
         }
-        // Plain loops without branches, which become SIMD.
-        for row in 0..ROWS {
-            values.start[row] = runs.start[row].max(columns.start);
+        // Plain loops without branches over arrays of their own, which become SIMD.
+        let (x, mut start, mut width, mut steps) = (values.x, runs.start, runs.end, [0.0; ROWS]);
+        let len = runs.len as i32;
+        for start in &mut start {
+            *start = (*start).max(columns.start);
         }
-        for row in 0..ROWS {
+        for (row, width) in width.iter_mut().enumerate() {
             // All ones in the rows that there are.
-            let exists = (row as i32 - runs.len as i32) >> 31;
-            let width = runs.end[row].min(columns.end) - values.start[row];
-            values.width[row] = width.max(0) & exists;
+            let exists = (row as i32 - len) >> 31;
+            *width = ((*width).min(columns.end) - start[row]).max(0) & exists;
         }
-        for row in 0..ROWS {
-            values.steps[row] = (values.start[row] - values.x[row]) as f32;
+        for (row, steps) in steps.iter_mut().enumerate() {
+            *steps = (start[row] - x[row]) as f32;
         }
+        VisibleColumns { start, width, steps }
+    }
+
+    /// Finds where the values of each run are given, and the depths there.
+    #[inline(always)]
+    fn start_on_planes(&self, runs: &RunGroup, values: &mut RowValues) {
+        let base = &self.base;
+        let is_falling = (base.inv_w.dx as f32) < 0.0;
+        let (mut x, mut xs, mut ys) = (runs.start, [0.0; ROWS], [0.0; ROWS]);
+        if is_falling {
+            for (x, end) in x.iter_mut().zip(&runs.end) {
+                *x = end - 1;
+            }
+        }
+        // Not so far outside of the viewport that the steps to it would cost digits.
+        let (least, most) = (-MARGIN, base.last_column + MARGIN);
+        for x in &mut x {
+            *x = (*x).max(least).min(most);
+        }
+        for (xs, x) in xs.iter_mut().zip(&x) {
+            *xs = f64::from(*x) + 0.5 - base.origin[0];
+        }
+        for (row, ys) in ys.iter_mut().enumerate() {
+            *ys = f64::from(runs.y) + row as f64 + 0.5 - base.origin[1];
+        }
+        values.x = x;
+        values.from_origin = [xs, ys];
+        values.z = line(&[xs, ys], base.z);
+        values.has_params = false;
     }
 
     /// Finds 1/w along the runs of the group that [`start_rows`](Self::start_rows) began.

@@ -15,7 +15,7 @@ use crate::render::coarse_depth::TILE_WIDTH;
 use crate::render::raster::plan::{ForAny, ForCommon, Plan, PlanFor};
 use crate::render::raster::test::{RowsRaster, Visible};
 use crate::render::shader::{PartBlock, ShadeBlocks};
-use crate::surface::rows::{RowValues, SurfaceView};
+use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
 /// The memory for drawing polygons.
 #[derive(Clone, Debug, Default)]
@@ -86,11 +86,12 @@ fn draw_group<P: PlanFor, S: Simd>(
     shader: &mut dyn ShadeBlocks,
 ) {
     let RasterMemory { values, visible } = memory;
-    surface.start_rows(runs, columns, values);
+    let columns = surface.start_rows(runs, columns, values);
     if P::of(plan).is_inverse_w {
         surface.find_inv_w(values);
     }
-    let mut raster = RowsRaster { simd, plan, surface, runs, band, shader, values, visible };
+    let mut raster =
+        RowsRaster { simd, plan, surface, runs, band, shader, values, columns, visible };
     raster.draw_rows::<P>();
     raster.shade_parts::<P>();
 }
@@ -101,22 +102,21 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
     #[inline(always)]
     fn draw_rows<P: PlanFor>(&mut self) {
         let (x, y) = self.surface.base.corner;
-        let first = self.band.index(x, y + self.runs.y);
+        let VisibleColumns { start, width, steps } = self.columns;
+        let (first, row_len) = (self.band.index(x, y + self.runs.y), self.band.width);
         let (mut begin, mut lanes) = ([0; ROWS], [0; ROWS]);
         for (row, begin) in begin.iter_mut().enumerate() {
             // The viewport may begin left of the band.
-            let start = self.values.start[row] as usize;
-            *begin = first.wrapping_add(row * self.band.width).wrapping_add(start);
+            *begin = first.wrapping_add(row * row_len).wrapping_add(start[row] as usize);
         }
-        for (lanes, width) in lanes.iter_mut().zip(&self.values.width) {
+        for (lanes, width) in lanes.iter_mut().zip(&width) {
             *lanes = 1u32.wrapping_shl(*width as u32) - 1;
         }
         for row in (0..ROWS).step_by(2) {
             if row >= self.runs.len {
                 return;
             }
-            let [width, next_width] = [self.values.width[row], self.values.width[row + 1]];
-            if width.max(next_width) > HALF_BLOCK as i32 {
+            if width[row].max(width[row + 1]) > HALF_BLOCK as i32 {
                 self.draw_long_row::<P>(row);
                 self.draw_long_row::<P>(row + 1);
                 continue;
@@ -136,7 +136,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             let part = PartBlock {
                 visible: lower | upper << HALF_BLOCK,
                 rows: [row, row + 1],
-                steps: [self.values.steps[row], self.values.steps[row + 1]],
+                steps: [steps[row], steps[row + 1]],
                 pixels: [0; 2],
             };
             self.test_part::<P>(part, at);
@@ -155,12 +155,12 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
 
     #[inline(always)]
     fn draw_visible_columns<P: PlanFor>(&mut self, row: usize) {
-        let width = self.values.width[row] as usize;
+        let width = self.columns.width[row] as usize;
         if width == 0 {
             return;
         }
         let (corner_x, corner_y) = self.surface.base.corner;
-        let first = self.band.column(corner_x + self.values.start[row]);
+        let first = self.band.column(corner_x + self.columns.start[row]);
         let band_row = (corner_y + self.runs.y + row as i32 - self.band.first) as usize;
         let end = first + width;
         let mut visible = first..end;
@@ -169,7 +169,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
                 && let Some(coarse) = &mut self.band.coarse
             {
                 let line = self.values.z;
-                let (steps, (min, max)) = (self.values.steps[row], self.surface.base.z_range);
+                let (steps, (min, max)) = (self.columns.steps[row], self.surface.base.z_range);
                 // The same bits as in a block. They grow or fall along the run, since rounding keeps the
                 // order of products and of sums.
                 let depth = |column: usize| {
@@ -204,7 +204,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         let before = (start + self.band.line_offset) % LANES;
         let mut at = start.wrapping_sub(before);
         let mut steps =
-            self.values.steps[row] + ((columns.start - first) as i32 - before as i32) as f32;
+            self.columns.steps[row] + ((columns.start - first) as i32 - before as i32) as f32;
         let mut lanes = ALL << before & ALL;
         loop {
             let left = end.wrapping_sub(at);

@@ -11,7 +11,7 @@ use crate::fragment::block::{Block, BlockRows, HALF_BLOCK, LANES, Lanes};
 use crate::render::band::Band;
 use crate::render::raster::plan::{Plan, PlanFor};
 use crate::render::shader::{PartBlock, Patch, ShadeBlocks, WholeBlocks, halves_at};
-use crate::surface::rows::{RowValues, SurfaceView};
+use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
 /// Parts of blocks that are shaded at a time.
 const PARTS: usize = 8;
@@ -44,6 +44,7 @@ pub(crate) struct RowsRaster<'r, 'b, S> {
     pub(crate) band: &'r mut Band<'b>,
     pub(crate) shader: &'r mut dyn ShadeBlocks,
     pub(crate) values: &'r mut RowValues,
+    pub(crate) columns: VisibleColumns,
     pub(crate) visible: &'r mut Visible,
 }
 
