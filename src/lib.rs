@@ -23,8 +23,8 @@
 //!     let [u, v] = fragment.params.map(|r| (r * 4.0).floor() as i32);
 //!     if (u + v) % 2 == 0 { [200, 40, 40, 255] } else { [40, 40, 60, 255] }
 //! });
-//! # #[cfg(feature = "image")]
-//! frame.to_image().save(std::env::temp_dir().join("floor.png"))?;
+//! # #[cfg(feature = "png")]
+//! frame.save_png(std::env::temp_dir().join("floor.png"))?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -145,6 +145,9 @@ pub use scan::{Cull, ScanConverter};
 pub use span::Span;
 pub use texture::Texture;
 pub use vertex::{Interpolation, Parameter, Vertex};
+
+#[cfg(feature = "image")]
+pub use image;
 
 /// The README's code, compiled and run.
 #[cfg(all(doctest, feature = "image"))]

@@ -45,13 +45,13 @@ mod bsp;
 mod painter;
 mod visible;
 mod scanline;
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 mod png_file;
 
 pub use bsp::BspTree;
 pub use framebuffer::Framebuffer;
 pub use painter::Painter;
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 pub use png_file::{PngError, PngFile};
 pub use scanline::{Scanline, Scene};
 pub use shader::{Over, Paint, Plus};

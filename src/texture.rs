@@ -24,10 +24,12 @@
 //! # Ok::<(), polyscan::texture::TextureError>(())
 //! ```
 
-#[cfg(feature = "image")]
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::{Vec2, Vec4};
+
+#[cfg(feature = "png")]
+mod file;
 
 /// The longest side of a texture, in texels: the side of the largest viewport.
 ///
@@ -35,12 +37,12 @@ use glam::{Vec2, Vec4};
 pub const MAX_SIDE: u32 = 65_536;
 
 /// The most texels in a texture read from a file: 16384 x 16384, which takes 4 GiB here.
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 pub const MAX_FILE_TEXELS: u64 = 1 << 28;
 
 /// The most bytes that decoding a file may allocate: 1 GiB, which is [`MAX_FILE_TEXELS`] of four
 /// bytes.
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 pub const MAX_DECODE_BYTES: u64 = 1 << 30;
 
 /// How the texels around a point become its colour.
@@ -113,7 +115,6 @@ pub enum TextureError {
         height: u32,
     },
     /// The file cannot be read.
-    #[cfg(feature = "image")]
     #[error("cannot read the picture {}: {source}; check its name and permissions", path.display())]
     Read {
         /// The file.
@@ -122,19 +123,26 @@ pub enum TextureError {
         source: std::io::Error,
     },
     /// The file is read, but is no picture of a known format, or a broken one.
-    #[cfg(feature = "image")]
-    #[error(
-        "cannot decode the picture {}: {source}; save it again as PNG, JPEG, TGA, BMP or PNM",
-        path.display()
-    )]
+    #[error("cannot decode the picture {}: {source}; save it again as {FORMATS}", path.display())]
     Decode {
         /// The file.
         path: PathBuf,
         /// What the decoder said.
-        source: image::ImageError,
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The file's format is one that only the feature `image` brings a decoder for.
+    #[error(
+        "the picture {} is a {format} file: enable polyscan's feature `image` to read it, or save it \
+         again as PNG",
+        path.display()
+    )]
+    FeatureNeeded {
+        /// The file.
+        path: PathBuf,
+        /// The format's name, such as JPEG.
+        format: &'static str,
     },
     /// The file's picture is over the limits.
-    #[cfg(feature = "image")]
     #[error(
         "the picture {} is {width} x {height}: at most {MAX_SIDE} a side and {limit} texels in all \
          are read; scale it down",
@@ -151,6 +159,9 @@ pub enum TextureError {
         limit: u64,
     },
 }
+
+/// The formats of files that [`Texture::open`] reads.
+const FORMATS: &str = if cfg!(feature = "image") { "PNG, JPEG, TGA, BMP or PNM" } else { "PNG" };
 
 impl Texture {
     /// A texture of `width` x `height` texels, given row by row from the top, in linear light and
@@ -381,7 +392,7 @@ fn room(width: u32, height: u32) -> Result<Vec<Vec4>, TextureError> {
         .ok_or(TextureError::Memory { width, height })
 }
 
-/// From files and from the `image` crate's pictures.
+/// From the `image` crate's pictures.
 #[cfg(feature = "image")]
 impl Texture {
     /// The texture of a picture for the eye.
@@ -394,24 +405,23 @@ impl Texture {
     /// As [`Texture::from_fn`]: an empty or too large picture, or no memory.
     pub fn from_image(image: &image::DynamicImage) -> Result<Self, TextureError> {
         use image::ColorType as C;
+        let (width, height) = (image.width(), image.height());
         match image.color() {
             C::L8 | C::La8 | C::Rgb8 | C::Rgba8 => {
-                let light = |code: u8| crate::color::decode(code);
-                from_pixels(&image.to_rgba8(), |[r, g, b, a]| {
-                    premultiplied([light(r), light(g), light(b)], f32::from(a) / 255.0)
-                })
+                let picture = image.to_rgba8();
+                from_pixels(width, height, picture.pixels().map(|pixel| light_of_8(pixel.0)))
             }
             C::L16 | C::La16 | C::Rgb16 | C::Rgba16 => {
-                // 65536 powers, where most pictures have more channels than that to decode.
-                let lights: Vec<f32> = (0..=u16::MAX)
-                    .map(|code| crate::color::linear(f64::from(code) / 65_535.0) as f32)
-                    .collect();
-                let light = |code: u16| lights[usize::from(code)];
-                from_pixels(&image.to_rgba16(), |[r, g, b, a]| {
-                    premultiplied([light(r), light(g), light(b)], f32::from(a) / 65_535.0)
-                })
+                let (picture, light) = (image.to_rgba16(), light_of_16());
+                from_pixels(width, height, picture.pixels().map(|pixel| light(pixel.0)))
             }
-            _ => from_pixels(&image.to_rgba32f(), |[r, g, b, a]| premultiplied([r, g, b], a)),
+            _ => {
+                let light = |pixel: &image::Rgba<f32>| {
+                    let [r, g, b, alpha] = pixel.0;
+                    premultiplied([r, g, b], alpha)
+                };
+                from_pixels(width, height, image.to_rgba32f().pixels().map(light))
+            }
         }
     }
 
@@ -423,69 +433,45 @@ impl Texture {
     /// # Errors
     /// As [`Texture::from_image`].
     pub fn from_data(image: &image::DynamicImage) -> Result<Self, TextureError> {
-        from_pixels(&image.to_rgba32f(), Vec4::from_array)
-    }
-
-    /// The texture of a picture file, by [`Texture::from_image`]: PNG, JPEG, TGA, BMP or PNM, told
-    /// by its content, or by its extension where the content does not tell (TGA).
-    ///
-    /// At most [`MAX_SIDE`] texels a side, [`MAX_FILE_TEXELS`] in all and [`MAX_DECODE_BYTES`] for
-    /// the decoder are allowed, so that a small file cannot ask for a machine's whole memory.
-    ///
-    /// # Errors
-    /// [`TextureError::Read`], [`TextureError::Decode`] and [`TextureError::TooLarge`] name the file
-    /// and the cause; [`TextureError::Memory`] if there is less than the limits allow.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, TextureError> {
-        Self::open_within(path.as_ref(), MAX_FILE_TEXELS)
-    }
-
-    /// [`Texture::open`] with a lower limit on the number of texels.
-    pub(crate) fn open_within(path: &Path, limit: u64) -> Result<Self, TextureError> {
-        Self::from_image(&decode_file(path, limit)?)
+        let numbers = image.to_rgba32f();
+        let texels = numbers.pixels().map(|pixel| Vec4::from_array(pixel.0));
+        from_pixels(image.width(), image.height(), texels)
     }
 }
 
-/// Reads a picture, unless it has more than `limit` texels or exceeds the limits of
-/// [`Texture::open`].
-#[cfg(feature = "image")]
-fn decode_file(path: &Path, limit: u64) -> Result<image::DynamicImage, TextureError> {
-    use image::ImageDecoder as _;
-    let undecodable = |source| TextureError::Decode { path: path.to_owned(), source };
-
-    let mut reader = image::ImageReader::open(path)
-        .and_then(image::ImageReader::with_guessed_format)
-        .map_err(|source| TextureError::Read { path: path.to_owned(), source })?;
-    let mut limits = image::Limits::default();
-    limits.max_alloc = Some(MAX_DECODE_BYTES);
-    reader.limits(limits.clone());
-
-    let decoder = reader.into_decoder().map_err(undecodable)?;
-    let (width, height) = decoder.dimensions();
-    let texels = u64::from(width) * u64::from(height);
-    if width.max(height) > MAX_SIDE || texels > limit {
-        return Err(TextureError::TooLarge { path: path.to_owned(), width, height, limit });
-    }
-    // The decoder counts what it allocates for itself; the picture it fills is counted here.
-    limits.reserve(decoder.total_bytes()).map_err(undecodable)?;
-    image::DynamicImage::from_decoder(decoder).map_err(undecodable)
-}
-
-#[cfg(feature = "image")]
-fn from_pixels<T: image::Primitive>(
-    image: &image::ImageBuffer<image::Rgba<T>, Vec<T>>,
-    texel: impl Fn([T; 4]) -> Vec4,
-) -> Result<Texture, TextureError>
-where
-    image::Rgba<T>: image::Pixel<Subpixel = T>,
-{
-    let (width, height) = image.dimensions();
+/// A texture of texels that come row by row.
+#[cfg(feature = "png")]
+fn from_pixels(
+    width: u32,
+    height: u32,
+    pixels: impl Iterator<Item = Vec4>,
+) -> Result<Texture, TextureError> {
     check_size(width, height)?;
     let mut texels = room(width, height)?;
-    texels.extend(image.pixels().map(|pixel| texel(pixel.0)));
+    texels.extend(pixels);
     Texture::new(width, height, texels)
 }
 
-#[cfg(feature = "image")]
+/// The texel of red, green, blue and alpha in 8 bits each.
+#[cfg(feature = "png")]
+fn light_of_8([r, g, b, alpha]: [u8; 4]) -> Vec4 {
+    premultiplied([r, g, b].map(crate::color::decode), f32::from(alpha) / 255.0)
+}
+
+/// A function that gives the texel of red, green, blue and alpha in 16 bits each.
+#[cfg(feature = "png")]
+fn light_of_16() -> impl Fn([u16; 4]) -> Vec4 {
+    // 65536 powers, where most pictures have more channels than that to decode.
+    let lights: Vec<f32> = (0..=u16::MAX)
+        .map(|code| crate::color::linear(f64::from(code) / 65_535.0) as f32)
+        .collect();
+    move |[r, g, b, alpha]| {
+        let light = [r, g, b].map(|code| lights[usize::from(code)]);
+        premultiplied(light, f32::from(alpha) / 65_535.0)
+    }
+}
+
+#[cfg(feature = "png")]
 fn premultiplied(light: [f32; 3], alpha: f32) -> Vec4 {
     (glam::Vec3::from_array(light) * alpha).extend(alpha)
 }
