@@ -330,11 +330,29 @@ impl Pair {
     }
 }
 
+/// The place of the texel that a coordinate lies in: the whole part of coordinate times size, wrapped.
+///
+/// In `f32` that product may round up to the line between two texels. Here it is an `f64`, which has
+/// room for the 24 bits of any `f32` beside the 17 of a size, so that nothing is rounded.
 #[inline]
 fn nearest_index(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
-    let size = size as f32;
-    // The product may round up to the size, or be it: 1 belongs to the last texel.
-    index((wrapped(coordinate, wrap) * size).floor().min(size - 1.0))
+    let (last, size) = (size - 1, f64::from(size));
+    match wrap {
+        Wrap::Repeat => {
+            let texels = f64::from(coordinate) * size;
+            // Where the pictures begin that the coordinate is in: exact as well.
+            let start = f64::from(coordinate.floor()) * size;
+            // The difference may have to be rounded where the coordinate is just below 0. Then the cast
+            // may give the next texel, or `size`; the comparison, which is exact, takes it back. NaN,
+            // which an infinity leads to, is cast to 0 and compares as false.
+            let index = (texels - start) as u32;
+            index - u32::from(start + f64::from(index) > texels)
+        }
+        // The wrapped coordinate is exact; 1 belongs to the last texel.
+        Wrap::Clamp | Wrap::Mirror => {
+            ((f64::from(wrapped(coordinate, wrap)) * size) as u32).min(last)
+        }
+    }
 }
 
 /// The coordinate brought into 0 to 1.
@@ -474,4 +492,140 @@ fn light_of_16() -> impl Fn([u16; 4]) -> Vec4 {
 #[cfg(feature = "png")]
 fn premultiplied(light: [f32; 3], alpha: f32) -> Vec4 {
     (glam::Vec3::from_array(light) * alpha).extend(alpha)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
+
+    /// Sizes: all small ones, those beside powers of two, and some others.
+    fn sizes() -> impl Iterator<Item = u32> {
+        let powers = (6..=16).flat_map(|power| [(1 << power) - 1, 1 << power, (1 << power) + 1]);
+        (1..=40)
+            .chain(powers)
+            .chain([100, 641, 1000, 1366, 10_007, 54_321, 65_535])
+            .filter(|&size| size <= MAX_SIDE)
+    }
+
+    /// The floats on both sides of a number, and those beside them.
+    fn around(x: f32) -> [f32; 5] {
+        [x.next_down().next_down(), x.next_down(), x, x.next_up(), x.next_up().next_up()]
+    }
+
+    /// A float as `mantissa / 2^shift`; it must not be finer than 2^-100.
+    fn rational(x: f32) -> (i128, u32) {
+        let bits = x.to_bits();
+        let exponent = ((bits >> 23) & 0xFF) as i32;
+        let (mantissa, exponent) = match exponent {
+            0 => (bits & 0x7F_FFFF, -149),
+            _ => (bits & 0x7F_FFFF | 0x80_0000, exponent - 150),
+        };
+        let mantissa = if bits >> 31 == 1 { -i128::from(mantissa) } else { mantissa.into() };
+        if exponent >= 0 {
+            // Beyond 2^60 it is a whole and even number, to whatever power; 2^60 is one too.
+            (mantissa << exponent.min(60), 0)
+        } else {
+            // Finer than 2^-100 nothing comes but what is next to 0.
+            if exponent < -100 { (mantissa.signum(), 100) } else { (mantissa, -exponent as u32) }
+        }
+    }
+
+    /// The texel by integer arithmetic alone.
+    fn exact_index(u: f32, size: u32, wrap: Wrap) -> u32 {
+        if u.is_nan() {
+            return 0;
+        }
+        if u.is_infinite() {
+            return if wrap == Wrap::Clamp && u > 0.0 { size - 1 } else { 0 };
+        }
+        let (n, (mantissa, shift)) = (i128::from(size), rational(u));
+        // Shifting to the right rounds down.
+        let index = match wrap {
+            Wrap::Repeat => ((mantissa * n) >> shift).rem_euclid(n),
+            Wrap::Clamp => ((mantissa * n) >> shift).clamp(0, n - 1),
+            Wrap::Mirror => {
+                let one = 1_i128 << shift;
+                let phase = mantissa.rem_euclid(2 * one);
+                ((phase.min(2 * one - phase) * n) >> shift).min(n - 1)
+            }
+        };
+        index as u32
+    }
+
+    fn check(u: f32, size: u32) {
+        for wrap in WRAPS {
+            let (ours, exact) = (nearest_index(u, size, wrap), exact_index(u, size, wrap));
+            assert_eq!(ours, exact, "u = {u:e}, {size} texels, {wrap:?}");
+        }
+    }
+
+    #[test]
+    fn nearest_is_not_rounded_up_to_a_line() {
+        for (u, size, texel) in [(0.833_333_3, 6, 4), (0.7, 10, 6), (0.01, 100, 0)] {
+            for wrap in WRAPS {
+                assert_eq!(nearest_index(u, size, wrap), texel, "u = {u}, {size} texels");
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_beside_every_line() {
+        for size in sizes() {
+            let step = size.div_ceil(200) as usize;
+            for line in (-(2 * size as i32)..=2 * size as i32).step_by(step) {
+                for u in around((f64::from(line) / f64::from(size)) as f32) {
+                    check(u, size);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_just_below_zero() {
+        // One minus such a number has too many bits, even for `f64`.
+        for size in sizes() {
+            for line in 1..=size.min(60) {
+                for u in around((-f64::from(line) / f64::from(size)) as f32) {
+                    check(u, size);
+                    check(u / 65_536.0, size);
+                }
+            }
+            for power in 1..=149 {
+                check(-(0.5_f32.powi(power)), size);
+                check(-(0.5_f32.powi(power) * 1.999_999_9), size);
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_far_out_and_for_what_is_no_number() {
+        let mut odd =
+            vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 0.0, -0.0];
+        for far in [1e3, 1e5, 1e6, 4_194_304.3, 8_388_607.5, 16_777_216.0, 1e9, 1e15, 1e30] {
+            odd.extend(around(far).into_iter().chain(around(-far)));
+        }
+        for size in sizes() {
+            for &u in &odd {
+                check(u, size);
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_for_floats_of_any_bits() {
+        let mut bits = 12_345_u32;
+        for size in sizes() {
+            for _ in 0..2000 {
+                // A linear congruential generator (Numerical Recipes, 1992); the upper bits are good.
+                bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                check(f32::from_bits(bits), size);
+                let fraction = (bits >> 8) as f32 / 16_777_216.0;
+                check(fraction, size);
+                check(-fraction, size);
+                check(fraction * 37.0 - 18.0, size);
+            }
+        }
+    }
 }
