@@ -47,6 +47,7 @@ pub const MAX_DECODE_BYTES: u64 = 1 << 30;
 
 /// How the texels around a point become its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Filter {
     /// The texel that the point lies in.
     Nearest,
@@ -57,6 +58,7 @@ pub enum Filter {
 
 /// What a coordinate outside 0 to 1 means.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Wrap {
     /// The picture is repeated without end, and without a seam under [`Filter::Bilinear`].
     #[default]
