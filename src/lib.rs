@@ -131,9 +131,11 @@ pub mod scan;
 pub mod render;
 pub mod color;
 pub mod texture;
+pub mod camera;
 #[cfg(feature = "obj")]
 pub mod obj;
 
+pub use camera::Camera;
 pub use clip::{ClipPlane, ClipSpace};
 pub use edge_table::FillRule;
 pub use fragment::{Fragment, FragmentBlock};

@@ -76,6 +76,7 @@ pub enum PngError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
+#[must_use = "without `finish` there is no file"]
 pub struct PngFile {
     path: PathBuf,
     file: NamedTempFile,
