@@ -116,11 +116,12 @@ fn draw_sheet() -> Result<(), Box<dyn Error>> {
 
     cli::make_folder_of(&options.output)?;
     frame.reduced(SAMPLES)?.save_png(&options.output)?;
-    println!(
-        "{} quads, linear interpolation above, rational linear below: {}",
-        options.angles.len(),
-        options.output.display()
-    );
+    let quads = match options.angles.len() {
+        1 => "1 quad".to_owned(),
+        count => format!("{count} quads"),
+    };
+    let output = options.output.display();
+    println!("{quads}, linear interpolation above, rational linear below: {output}");
     Ok(())
 }
 

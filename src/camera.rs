@@ -137,7 +137,8 @@ impl Camera {
     ///
     /// It is clamped to 0.01 to 3; NaN counts as 0.01.
     pub fn with_field_of_view(self, radians: f32) -> Self {
-        Self { field_of_view: radians.max(0.01).min(3.0), ..self }
+        let field_of_view = if radians > 0.01 { radians.min(3.0) } else { 0.01 };
+        Self { field_of_view, ..self }
     }
 
     /// The matrix from object space to clip space, in which x and y are visible from -w to w, and z

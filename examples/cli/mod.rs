@@ -13,6 +13,9 @@ pub(crate) fn run(example: impl FnOnce() -> Result<(), Box<dyn Error>>) -> ExitC
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
+            if error.is::<lexopt::Error>() {
+                eprintln!("`--help` shows the options");
+            }
             ExitCode::FAILURE
         }
     }

@@ -15,7 +15,10 @@ use crate::color::Color;
 #[non_exhaustive]
 pub enum PngError {
     /// The file cannot be made, written or given its name.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error(
+        "cannot write {}: {source}; check that its folder is there, may be written to and has room",
+        path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -215,5 +218,14 @@ fn temporary(path: &Path) -> Result<NamedTempFile, IoError> {
     // Such as any file has; temporary ones are their owner's alone.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder.unwrap_or(Path::new(".")))
+    builder.tempfile_in(folder.unwrap_or(Path::new("."))).map_err(without_path)
+}
+
+/// What the system said, without the temporary name, which tells nobody anything.
+fn without_path(error: IoError) -> IoError {
+    let cause = error.get_ref().and_then(std::error::Error::source).map(ToString::to_string);
+    match cause {
+        Some(cause) => IoError::new(error.kind(), cause),
+        None => error,
+    }
 }
