@@ -215,17 +215,8 @@ fn temporary(path: &Path) -> Result<NamedTempFile, IoError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();
     builder.prefix(name).suffix(".part");
-    // Such as any file has; temporary ones are their owner's alone.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder.unwrap_or(Path::new("."))).map_err(without_path)
-}
-
-/// What the system said, without the temporary name, which tells nobody anything.
-fn without_path(error: IoError) -> IoError {
-    let cause = error.get_ref().and_then(std::error::Error::source).map(ToString::to_string);
-    match cause {
-        Some(cause) => IoError::new(error.kind(), cause),
-        None => error,
-    }
+    // By `std`, so that it has the permissions of any new file, where temporary ones are their owner's
+    // alone, and so that errors do not speak of its temporary name.
+    let create = |path: &Path| File::options().read(true).write(true).create_new(true).open(path);
+    builder.make_in(folder.unwrap_or(Path::new(".")), create)
 }
