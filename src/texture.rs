@@ -344,11 +344,13 @@ fn nearest_index(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
             let texels = f64::from(coordinate) * size;
             // Where the pictures begin that the coordinate is in: exact as well.
             let start = f64::from(coordinate.floor()) * size;
-            // The difference may have to be rounded where the coordinate is just below 0. Then the cast
-            // may give the next texel, or `size`; the comparison, which is exact, takes it back. NaN,
-            // which an infinity leads to, is cast to 0 and compares as false.
-            let index = (texels - start) as u32;
-            index - u32::from(start + f64::from(index) > texels)
+            // 2^52 plus a number has the integer nearest to it in its lowest mantissa bits: the
+            // texel, or the one after it. The comparison, which is exact, tells. NaN, which an infinity
+            // leads to as well, has zeros there, and compares as false.
+            let shifted = texels - start + 4_503_599_627_370_496.0;
+            let nearest = shifted - 4_503_599_627_370_496.0;
+            let index = shifted.to_bits() as u32 & 0x1_FFFF;
+            index - u32::from(start + nearest > texels)
         }
         // The wrapped coordinate is exact; 1 belongs to the last texel.
         Wrap::Clamp | Wrap::Mirror => {
