@@ -4,8 +4,26 @@
 //! fragment is a texel. Here its world-space position goes from the corners to the texels and is
 //! lit by a lamp: a lightmap of a room's floor.
 
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
 use glam::{Vec2, Vec3, vec2, vec3};
+use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::{Framebuffer, ScanConverter, Vertex, Viewport, record};
+
+mod cli;
+
+const HELP: &str = "\
+Bake a lightmap: a floor's texels, each lit where it lies in the room.
+
+Usage: custom_renderer [OPTIONS]
+
+Options:
+      --output <FILE>  The PNG file to write [default: target/custom_renderer.png]
+      --size <PIXELS>  Width and height of the lightmap, from 1 to 8192 [default: 512]
+  -h, --help           Show this help
+";
 
 record! {
     /// What the baker needs to know of a texel.
@@ -34,22 +52,39 @@ fn lamp_light(position: Vec3) -> Vec3 {
     vec3(1.0, 0.85, 0.6) * (to_lamp.y / to_lamp.length().powi(3)) * 1.5
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> ExitCode {
+    cli::run(bake)
+}
+
+fn bake() -> Result<(), Box<dyn Error>> {
+    let (mut output, mut size) = (PathBuf::from("target/custom_renderer.png"), 512);
+    let mut parser = Parser::from_env();
+    while let Some(arg) = parser.next()? {
+        match arg {
+            Arg::Long("output") => output = cli::png(parser.value()?)?,
+            Arg::Long("size") => {
+                size = parser.value()?.parse_with(|text| cli::number(text, 1..=8192))?;
+            }
+            Arg::Short('h') | Arg::Long("help") => cli::show(HELP),
+            _ => return Err(arg.unexpected().into()),
+        }
+    }
+
     let floor = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
         .map(|(u, v)| unwrapped(vec2(u, v), vec3(4.0 * u - 2.0, 0.0, 4.0 * v - 2.0)));
 
-    let mut lightmap = Framebuffer::new(512, 512, Vec3::ZERO)?;
-    let mut scan = ScanConverter::new(Viewport::new(512, 512)?);
+    let mut lightmap = Framebuffer::new(size, size, Vec3::ZERO)?;
+    let mut scan = ScanConverter::new(Viewport::new(size, size)?);
     for span in scan.spans(&floor) {
-        let row = span.y() as usize * 512;
+        let row = span.y() as usize * size as usize;
         for fragment in span.fragments() {
             let Point { position } = fragment.params.into();
             lightmap.color_mut()[row + fragment.x as usize] = lamp_light(position);
         }
     }
 
-    std::fs::create_dir_all("target")?;
-    lightmap.to_image().save("target/custom_renderer.png")?;
-    println!("baked a lightmap: target/custom_renderer.png");
+    cli::make_folder_of(&output)?;
+    lightmap.save_png(&output)?;
+    println!("baked a lightmap: {}", output.display());
     Ok(())
 }

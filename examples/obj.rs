@@ -1,48 +1,107 @@
 //! Renders an OBJ model: framed by itself, with one light, through the z-buffer.
 
 use std::error::Error;
-use std::fs::File;
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
-use clap::Parser;
 use glam::Vec3;
-use image::codecs::gif::{GifEncoder, Repeat};
-use image::{Delay, DynamicImage, Frame, RgbaImage};
-use indicatif::{ProgressBar, ProgressIterator, ProgressStyle};
+use indicatif::{ProgressBar, ProgressIterator as _, ProgressStyle};
+use lexopt::{Arg, Parser, ValueExt as _};
+use polyscan::color::{Color, decode};
 use polyscan::obj::{Loader, Model};
-use polyscan::{Cull, Framebuffer, Vertex, ZBuffer};
+use polyscan::{Cull, Framebuffer, ZBuffer};
 
+mod cli;
 mod studio;
 
-use studio::{Camera, Surface, View, color_of, parse_size, sphere_around};
+use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
 
-/// Draw an OBJ model to a picture, or turn it around in a series of pictures.
-#[derive(Parser)]
+const HELP: &str = "\
+Draw an OBJ model to a picture, or turn it around in an animated one.
+
+Usage: obj [OPTIONS] [MODEL]
+
+Arguments:
+  [MODEL]  The OBJ file [default: examples/assets/cottage.obj]
+
+Options:
+      --yaw <DEGREES>         Turn of the camera around the model, to the right [default: 30]
+      --pitch <DEGREES>       Height of the camera over the model's level [default: 20]
+      --output <FILE>         The PNG file to write [default: target/obj.png, or
+                              target/turntable.png with --turntable]
+      --size <SIZE>           Width and height in pixels, up to 16384 each [default: 800x600]
+      --turntable <PICTURES>  Write an animated PNG file: a full turn in this many pictures, from 1
+                              to 999, that takes four seconds
+      --cull                  Leave out faces that are seen from behind
+      --background <COLOUR>   Background colour, sRGB in hexadecimal [default: d8e2ea]
+      --crease <DEGREES>      Computed normals are smooth where faces meet at less than this
+                              [default: 60]
+  -h, --help                  Show this help
+";
+
 struct Options {
-    #[command(flatten)]
     view: View,
-    /// The picture to write; its name's ending chooses the format. With --turntable: an animated
-    /// .gif, or a series with numbers before the ending.
-    #[arg(long, default_value = "target/obj.png")]
-    output: PathBuf,
+    output: Option<PathBuf>,
     /// Width and height in pixels.
-    #[arg(long, default_value = "800x600", value_parser = parse_size::<16384>)]
     size: (u32, u32),
-    /// Leave out faces that are seen from behind.
-    #[arg(long)]
-    cull: bool,
-    /// Background colour, sRGB in hexadecimal.
-    #[arg(long, default_value = "d8e2ea", value_parser = parse_color)]
-    background: [u8; 3],
-    /// Computed normals are smooth where faces meet at less than this many degrees.
-    #[arg(long, default_value_t = 60.0)]
-    crease: f32,
     /// The number of pictures of a full turn; instead of one picture.
-    #[arg(long, value_name = "PICTURES", value_parser = clap::value_parser!(u16).range(1..=999))]
     turntable: Option<u16>,
+    cull: bool,
+    background: [u8; 3],
+    /// In degrees.
+    crease: f32,
 }
 
-fn parse_color(text: &str) -> Result<[u8; 3], String> {
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            view: View::default(),
+            output: None,
+            size: (800, 600),
+            turntable: None,
+            cull: false,
+            background: [0xd8, 0xe2, 0xea],
+            crease: 60.0,
+        }
+    }
+}
+
+impl Options {
+    fn read() -> Result<Self, Box<dyn Error>> {
+        let mut options = Self::default();
+        let mut parser = Parser::from_env();
+        while let Some(arg) = parser.next()? {
+            match arg {
+                Arg::Value(model) => options.view.model = model.into(),
+                Arg::Long("yaw") => options.view.yaw = parser.value()?.parse_with(parse_degrees)?,
+                Arg::Long("pitch") => {
+                    options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
+                }
+                Arg::Long("output") => options.output = Some(cli::png(parser.value()?)?),
+                Arg::Long("size") => {
+                    options.size = parser.value()?.parse_with(|text| parse_size(text, 16_384))?;
+                }
+                Arg::Long("turntable") => {
+                    let pictures = parser.value()?.parse_with(|text| cli::number(text, 1..=999))?;
+                    options.turntable = Some(pictures as u16);
+                }
+                Arg::Long("cull") => options.cull = true,
+                Arg::Long("background") => {
+                    options.background = parser.value()?.parse_with(parse_color)?;
+                }
+                Arg::Long("crease") => {
+                    options.crease = parser.value()?.parse_with(parse_degrees)?;
+                }
+                Arg::Short('h') | Arg::Long("help") => cli::show(HELP),
+                Arg::Short(_) | Arg::Long(_) => return Err(arg.unexpected().into()),
+            }
+        }
+        Ok(options)
+    }
+}
+
+fn parse_color(text: &str) -> Result<[u8; 3], &'static str> {
     let number = u32::from_str_radix(text, 16).ok().filter(|_| text.len() == 6);
     let [_, r, g, b] = number.ok_or("write it as six digits, such as ffcc00")?.to_be_bytes();
     Ok([r, g, b])
@@ -51,83 +110,91 @@ fn parse_color(text: &str) -> Result<[u8; 3], String> {
 /// Each pixel is the mean of this many samples in x and in y.
 const SAMPLES: u32 = 2;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse();
+fn main() -> ExitCode {
+    cli::run(draw_model)
+}
+
+fn draw_model() -> Result<(), Box<dyn Error>> {
+    let options = Options::read()?;
     let loader = Loader::new().with_crease_angle(options.crease.to_radians());
     let model = studio::load(&loader, &options.view.model)?;
     println!(
         "{}: {} faces, {} vertices, {} materials, {} textures",
         options.view.model.display(),
-        model.faces().count(),
+        model.face_count(),
         model.vertices.len(),
         model.materials.len(),
         model.textures.len()
     );
-    studio::make_folder_of(&options.output)?;
-
+    let name = if options.turntable.is_some() { "target/turntable.png" } else { "target/obj.png" };
+    let output = options.output.clone().unwrap_or_else(|| name.into());
+    cli::make_folder_of(&output)?;
     match options.turntable {
-        None => rgb(render(&model, &options, options.view.yaw)?).save(&options.output)?,
-        Some(pictures) => turntable(&model, &options, pictures)?,
+        None => render(&model, &options, 0.0)?.save_png(&output)?,
+        Some(pictures) => save_turntable(&model, &options, pictures, &output)?,
     }
-    println!("wrote {}", options.output.display());
+    println!("wrote {}", output.display());
     Ok(())
 }
 
-/// Pictures all around the model.
-fn turntable(model: &Model, options: &Options, pictures: u16) -> Result<(), Box<dyn Error>> {
-    let bar = ProgressBar::new(pictures.into())
-        .with_style(ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left")?);
-    let yaws = (0..pictures).map(|i| options.view.yaw + 360.0 * f32::from(i) / f32::from(pictures));
-    if options.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gif")) {
-        let mut gif = GifEncoder::new_with_speed(File::create(&options.output)?, 10);
-        gif.set_repeat(Repeat::Infinite)?;
-        for yaw in yaws.progress_with(bar) {
-            let delay = Delay::from_numer_denom_ms(4000, pictures.into());
-            gif.encode_frame(Frame::from_parts(render(model, options, yaw)?, 0, 0, delay))?;
-        }
-    } else {
-        for (i, yaw) in yaws.enumerate().progress_with(bar) {
-            rgb(render(model, options, yaw)?).save(numbered(&options.output, i))?;
-        }
-    }
-    Ok(())
-}
-
-/// `turn.png` as `turn_007.png`.
-fn numbered(path: &Path, i: usize) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}_{i:03}.{ending}"))
-}
-
-/// The model seen from one side.
-fn render(model: &Model, options: &Options, yaw: f32) -> Result<RgbaImage, Box<dyn Error>> {
+/// The model, after a turn to the right by some degrees.
+fn render(
+    model: &Model,
+    options: &Options,
+    turn: f32,
+) -> Result<Framebuffer<Vec3>, Box<dyn Error>> {
     let (width, height) = options.size;
-    let background = options.background.map(polyscan::color::decode);
-    let mut frame = Framebuffer::new(width * SAMPLES, height * SAMPLES, Vec3::from(background))?;
-    let camera =
-        Camera::around(sphere_around(model), width as f32 / height as f32, yaw, options.view.pitch);
+    let background = Vec3::from(options.background.map(decode));
+    let mut frame = Framebuffer::new(width * SAMPLES, height * SAMPLES, background)?;
+    let view = View { yaw: options.view.yaw + turn, ..options.view.clone() };
+    let camera = view.turned(model.camera(width as f32 / height as f32));
+    let lamp = Lamp::beside(&camera);
 
-    let vertices: Vec<_> = model
-        .vertices
-        .iter()
-        .map(|vertex| {
-            let surface = Surface { uv: vertex.uv, normal: vertex.normal };
-            Vertex::new(camera.clip_from_object * vertex.position.extend(1.0), surface)
-        })
-        .collect();
+    let vertices = model.vertices_with(camera.clip_from_object(), |vertex| Surface {
+        uv: vertex.uv,
+        normal: vertex.normal,
+    });
     let mut renderer = ZBuffer::new(frame.viewport());
     renderer.scan.cull = if options.cull { Cull::Clockwise } else { Cull::None };
     for (i, material) in model.materials.iter().enumerate() {
         renderer.draw_mesh(&mut frame, &vertices, model.faces_of(i), |fragment| {
             let surface = Surface::from(fragment.params);
-            color_of(model, Some(material), surface.uv) * camera.lit(&surface)
+            color_of(model, Some(material), surface.uv) * lamp.lit(&surface)
         });
     }
-    Ok(frame.reduced(SAMPLES)?.to_image())
+    Ok(frame.reduced(SAMPLES)?)
 }
 
-/// Without alpha, which some formats do not have.
-fn rgb(picture: RgbaImage) -> image::RgbImage {
-    DynamicImage::from(picture).into_rgb8()
+/// Writes an animated PNG file of pictures all around the model.
+fn save_turntable(
+    model: &Model,
+    options: &Options,
+    pictures: u16,
+    path: &Path,
+) -> Result<(), Box<dyn Error>> {
+    let bar = ProgressBar::new(pictures.into())
+        .with_style(ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left")?);
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, options.size.0, options.size.1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    // Again and again; the whole turn in four seconds.
+    encoder.set_animated(pictures.into(), 0)?;
+    encoder.set_frame_delay(4, pictures)?;
+    let mut writer = encoder.write_header()?;
+    for i in (0..pictures).progress_with(bar) {
+        let picture = render(model, options, 360.0 * f32::from(i) / f32::from(pictures))?;
+        let rgb = |color: &Vec3| color.to_srgb8().into_iter().take(3);
+        writer.write_image_data(&picture.color().iter().flat_map(rgb).collect::<Vec<_>>())?;
+    }
+    writer.finish()?;
+
+    // The file gets its name when it is whole.
+    let part = path.with_extension("png.part");
+    let written = fs::write(&part, file).and_then(|()| fs::rename(&part, path));
+    written.map_err(|error| {
+        // What cannot be removed was perhaps never there; the first error is the one to tell.
+        let _ = fs::remove_file(&part);
+        format!("cannot write {}: {error}", path.display()).into()
+    })
 }

@@ -3,36 +3,76 @@
 
 use std::error::Error;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::time::Instant;
 
-use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
+use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::color::Color;
 use polyscan::obj::{Face, Loader, Model};
 use polyscan::render::PngFile;
-use polyscan::{Fragment, Scanline, Vertex, Viewport};
+use polyscan::{Fragment, Scanline, Viewport};
 
+mod cli;
 mod studio;
 
-use studio::{Camera, Surface, View, color_of, parse_size, sphere_around};
+use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
 
-/// Draw a very large picture of an OBJ model.
-#[derive(Parser)]
+const HELP: &str = "\
+Draw a very large picture of an OBJ model.
+
+Usage: poster [OPTIONS] [MODEL]
+
+Arguments:
+  [MODEL]  The OBJ file [default: examples/assets/cottage.obj]
+
+Options:
+      --yaw <DEGREES>    Turn of the camera around the model, to the right [default: 30]
+      --pitch <DEGREES>  Height of the camera over the model's level [default: 20]
+      --output <FILE>    The PNG file to write [default: target/poster.png]
+      --size <SIZE>      Width and height in pixels, up to 65536 each [default: 12000x9000]
+  -h, --help             Show this help
+";
+
 struct Options {
-    #[command(flatten)]
     view: View,
-    /// The PNG file to write.
-    #[arg(long, default_value = "target/poster.png")]
     output: PathBuf,
-    /// Width and height in pixels, up to 65536 each.
-    #[arg(long, default_value = "12000x9000", value_parser = parse_size::<65536>)]
+    /// Width and height in pixels.
     size: (u32, u32),
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse();
+impl Options {
+    fn read() -> Result<Self, Box<dyn Error>> {
+        let (view, output) = (View::default(), PathBuf::from("target/poster.png"));
+        let mut options = Self { view, output, size: (12_000, 9000) };
+        let mut parser = Parser::from_env();
+        while let Some(arg) = parser.next()? {
+            match arg {
+                Arg::Value(model) => options.view.model = model.into(),
+                Arg::Long("yaw") => options.view.yaw = parser.value()?.parse_with(parse_degrees)?,
+                Arg::Long("pitch") => {
+                    options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
+                }
+                Arg::Long("output") => options.output = cli::png(parser.value()?)?,
+                Arg::Long("size") => {
+                    options.size = parser.value()?.parse_with(|text| parse_size(text, 65_536))?;
+                }
+                Arg::Short('h') | Arg::Long("help") => cli::show(HELP),
+                Arg::Short(_) | Arg::Long(_) => return Err(arg.unexpected().into()),
+            }
+        }
+        Ok(options)
+    }
+}
+
+fn main() -> ExitCode {
+    cli::run(draw_poster)
+}
+
+fn draw_poster() -> Result<(), Box<dyn Error>> {
+    let options = Options::read()?;
     let model = studio::load(&Loader::new(), &options.view.model)?;
-    studio::make_folder_of(&options.output)?;
+    cli::make_folder_of(&options.output)?;
     let (width, height) = options.size;
     println!("{}: {} faces", options.view.model.display(), model.face_count());
     let start = Instant::now();
@@ -50,21 +90,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Draws the model, each row going to the file when it is finished.
 fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
     let (width, height) = options.size;
-    let View { yaw, pitch, .. } = options.view;
-    let camera = Camera::around(sphere_around(model), width as f32 / height as f32, yaw, pitch);
-    let vertex = |vertex: &polyscan::obj::ModelVertex| {
-        let surface = Surface { uv: vertex.uv, normal: vertex.normal };
-        Vertex::new(camera.clip_from_object * vertex.position.extend(1.0), surface)
-    };
-    let vertices: Vec<_> = model.vertices.iter().map(vertex).collect();
+    let camera = options.view.turned(model.camera(width as f32 / height as f32));
+    let lamp = Lamp::beside(&camera);
+    let vertices = model.vertices_with(camera.clip_from_object(), |vertex| Surface {
+        uv: vertex.uv,
+        normal: vertex.normal,
+    });
     // Fragments know the number of their face, the list knows its material.
     let faces: Vec<Face<'_>> = model.faces().collect();
     let shader = |fragment: &Fragment<'_, 5>| {
         let face = faces.get(fragment.face as usize);
         let material = face.and_then(|face| model.materials.get(face.material));
         let surface = Surface::from(fragment.params);
-        let [r, g, b, _] =
-            (color_of(model, material, surface.uv) * camera.lit(&surface)).to_srgb8();
+        let [r, g, b, _] = (color_of(model, material, surface.uv) * lamp.lit(&surface)).to_srgb8();
         [r, g, b]
     };
 

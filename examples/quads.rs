@@ -4,35 +4,76 @@
 //! rubber. The lower half shows the same quads with rational linear interpolation: straight lines
 //! stay straight. These are the pictures of Heckbert and Moreton's paper.
 
+use std::error::Error;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
-use clap::Parser;
 use glam::camera::rh::proj::directx::perspective;
 use glam::{EulerRot, Mat4, Vec2, Vec3, vec2, vec3};
+use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::{Framebuffer, Interpolation, Vertex, Viewport, ZBuffer};
 
-/// Draw checkered quads in perspective: linear interpolation above, rational linear below.
-#[derive(Parser)]
+mod cli;
+
+const HELP: &str = "\
+Draw checkered quads in perspective: linear interpolation above, rational linear below.
+
+Usage: quads [OPTIONS]
+
+Options:
+      --output <FILE>            The PNG file to write [default: target/quads.png]
+      --size <PIXELS>            Width and height of one quad's tile, from 8 to 4096 [default: 160]
+      --angles <YAW,PITCH,ROLL>  One quad's rotation in degrees; give it several times for several
+                                 quads [default: eighteen ways to turn a quad]
+      --one                      Draw the first quad alone, four times as large
+  -h, --help                     Show this help
+";
+
 struct Options {
-    /// The picture to write; its name's ending chooses the format.
-    #[arg(long, default_value = "target/quads.png")]
     output: PathBuf,
     /// Width and height of one quad's tile, in pixels.
-    #[arg(long, default_value_t = 160, value_parser = clap::value_parser!(u32).range(8..=4096))]
     size: u32,
-    /// One quad's rotation in degrees; give it several times for several quads.
-    #[arg(long, value_name = "YAW,PITCH,ROLL", value_parser = parse_angles, allow_hyphen_values = true)]
+    /// Yaw, pitch and roll of each quad, in degrees.
     angles: Vec<Vec3>,
-    /// Draw the first quad alone, four times as large.
-    #[arg(long)]
     one: bool,
 }
 
-fn parse_angles(text: &str) -> Result<Vec3, String> {
+impl Options {
+    fn read() -> Result<Self, Box<dyn Error>> {
+        let output = PathBuf::from("target/quads.png");
+        let mut options = Self { output, size: 160, angles: Vec::new(), one: false };
+        let mut parser = Parser::from_env();
+        while let Some(arg) = parser.next()? {
+            match arg {
+                Arg::Long("output") => options.output = cli::png(parser.value()?)?,
+                Arg::Long("size") => {
+                    options.size =
+                        parser.value()?.parse_with(|text| cli::number(text, 8..=4096))?;
+                }
+                Arg::Long("angles") => {
+                    options.angles.push(parser.value()?.parse_with(parse_angles)?);
+                }
+                Arg::Long("one") => options.one = true,
+                Arg::Short('h') | Arg::Long("help") => cli::show(HELP),
+                _ => return Err(arg.unexpected().into()),
+            }
+        }
+        if options.angles.is_empty() {
+            options.angles = if options.one { vec![vec3(55.0, 25.0, 15.0)] } else { all_around() };
+        }
+        if options.one {
+            options.angles.truncate(1);
+            options.size = (options.size * 4).min(4096);
+        }
+        Ok(options)
+    }
+}
+
+fn parse_angles(text: &str) -> Result<Vec3, &'static str> {
     let numbers: Result<Vec<f32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     match numbers.as_deref() {
         Ok(&[yaw, pitch, roll]) => Ok(vec3(yaw, pitch, roll)),
-        _ => Err("give three numbers of degrees, such as 40,-20,10".into()),
+        _ => Err("give three numbers of degrees, such as 40,-20,10"),
     }
 }
 
@@ -52,16 +93,12 @@ const FIELD_OF_VIEW: f32 = 1.2;
 const SAMPLES: u32 = 4;
 const PAPER: Vec3 = vec3(0.9, 0.89, 0.86);
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut options = Options::parse();
-    if options.angles.is_empty() {
-        options.angles = if options.one { vec![vec3(55.0, 25.0, 15.0)] } else { all_around() };
-    }
-    if options.one {
-        options.angles.truncate(1);
-        options.size = (options.size * 4).min(4096);
-    }
+fn main() -> ExitCode {
+    cli::run(draw_sheet)
+}
 
+fn draw_sheet() -> Result<(), Box<dyn Error>> {
+    let options = Options::read()?;
     let columns = options.angles.len().min(6) as u32;
     let rows = options.angles.len().div_ceil(6) as u32;
     let tile = options.size * SAMPLES;
@@ -77,16 +114,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
 
-    let picture = frame.reduced(SAMPLES)?;
-    if let Some(folder) = options.output.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    picture.to_image().save(&options.output)?;
-    println!(
-        "{} quads, linear interpolation above, rational linear below: {}",
-        options.angles.len(),
-        options.output.display()
-    );
+    cli::make_folder_of(&options.output)?;
+    frame.reduced(SAMPLES)?.save_png(&options.output)?;
+    let quads = match options.angles.len() {
+        1 => "1 quad".to_owned(),
+        count => format!("{count} quads"),
+    };
+    let output = options.output.display();
+    println!("{quads}, linear interpolation above, rational linear below: {output}");
     Ok(())
 }
 

@@ -9,36 +9,78 @@
 use std::error::Error;
 use std::f32::consts::TAU;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use clap::Parser;
 use glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
-use image::{GenericImage, RgbaImage};
 use indicatif::{ProgressBar, ProgressStyle};
+use lexopt::{Arg, Parser, ValueExt as _};
+use polyscan::camera::{Camera, Sphere};
 use polyscan::obj::{Loader, Model};
 use polyscan::render::{Over, Plus};
 use polyscan::{BspTree, Fragment, Framebuffer, Painter, Scanline, Vertex, ZBuffer};
 
+mod cli;
 mod studio;
 
-use studio::{Camera, Surface, View, color_of, parse_size, sphere_around};
+use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
 
-/// Draw one scene by the z-buffer, the painter's and the scanline renderer, and compare them.
-#[derive(Parser)]
+const HELP: &str = "\
+Draw one scene by the z-buffer, the painter's and the scanline renderer, and compare them.
+
+Usage: renderers [OPTIONS] [MODEL]
+
+Arguments:
+  [MODEL]  The OBJ file in the middle [default: examples/assets/cottage.obj]
+
+Options:
+      --yaw <DEGREES>    Turn of the camera around the model, to the right [default: 30]
+      --pitch <DEGREES>  Height of the camera over the model's level [default: 20]
+      --output <FILE>    The PNG file to write: the scene, and beside it in red where the z-buffer
+                         draws it otherwise [default: target/renderers.png]
+      --size <SIZE>      Width and height of the scene in pixels, up to 8192 each
+                         [default: 480x360]
+      --frames <NUMBER>  How often each renderer is timed, from 1 to 1000; the median is shown
+                         [default: 7]
+  -h, --help             Show this help
+";
+
 struct Options {
-    #[command(flatten)]
     view: View,
-    /// The picture to write: the scene, and beside it in red where the z-buffer draws it otherwise.
-    /// Its name's ending chooses the format.
-    #[arg(long, default_value = "target/renderers.png")]
     output: PathBuf,
     /// Width and height of the scene in pixels.
-    #[arg(long, default_value = "480x360", value_parser = parse_size::<8192>)]
     size: (u32, u32),
-    /// How often each renderer is timed; the median is shown.
-    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u16).range(1..=1000))]
-    frames: u16,
+    /// How often each renderer is timed.
+    frames: u32,
+}
+
+impl Options {
+    fn read() -> Result<Self, Box<dyn Error>> {
+        let (view, output) = (View::default(), PathBuf::from("target/renderers.png"));
+        let mut options = Self { view, output, size: (480, 360), frames: 7 };
+        let mut parser = Parser::from_env();
+        while let Some(arg) = parser.next()? {
+            match arg {
+                Arg::Value(model) => options.view.model = model.into(),
+                Arg::Long("yaw") => options.view.yaw = parser.value()?.parse_with(parse_degrees)?,
+                Arg::Long("pitch") => {
+                    options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
+                }
+                Arg::Long("output") => options.output = cli::png(parser.value()?)?,
+                Arg::Long("size") => {
+                    options.size = parser.value()?.parse_with(|text| parse_size(text, 8192))?;
+                }
+                Arg::Long("frames") => {
+                    options.frames =
+                        parser.value()?.parse_with(|text| cli::number(text, 1..=1000))?;
+                }
+                Arg::Short('h') | Arg::Long("help") => cli::show(HELP),
+                Arg::Short(_) | Arg::Long(_) => return Err(arg.unexpected().into()),
+            }
+        }
+        Ok(options)
+    }
 }
 
 /// Each pixel is the mean of this many samples in x and in y.
@@ -46,13 +88,17 @@ const SAMPLES: u32 = 2;
 /// The colour behind everything, in linear light.
 const BACKGROUND: Vec4 = vec4(0.68, 0.76, 0.82, 1.0);
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse();
+fn main() -> ExitCode {
+    cli::run(draw_and_compare)
+}
+
+fn draw_and_compare() -> Result<(), Box<dyn Error>> {
+    let options = Options::read()?;
     let model = studio::load(&Loader::new(), &options.view.model)?;
-    studio::make_folder_of(&options.output)?;
+    cli::make_folder_of(&options.output)?;
     let scene = Scene::around(&model);
-    let ((width, height), &View { yaw, pitch, .. }) = (options.size, &options.view);
-    let camera = Camera::around(scene.sphere, width as f32 / height as f32, yaw, pitch);
+    let (width, height) = options.size;
+    let camera = options.view.turned(Camera::around(scene.sphere, width as f32 / height as f32));
     let size = (width * SAMPLES, height * SAMPLES);
 
     let timings = 2 * RENDERERS.len() as u64 * u64::from(options.frames);
@@ -65,7 +111,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     opaque.print("opaque faces");
     all.print("with three panes of glass that cross");
 
-    picture(&all)?.save(&options.output)?;
+    picture(&all)?.save_png(&options.output)?;
     println!("\nwrote {}", options.output.display());
     Ok(())
 }
@@ -112,16 +158,17 @@ fn compare(
     faces: usize,
     camera: &Camera,
     (width, height): (u32, u32),
-    times: u16,
+    times: u32,
     bar: &ProgressBar,
 ) -> Result<Comparison, Box<dyn Error>> {
     let start = Instant::now();
     let tree = BspTree::new(&scene.vertices, &scene.faces[..faces]);
     let build_milliseconds = milliseconds(start);
-    let part = Part { scene, faces, tree: &tree, camera };
+    let (clip_from_object, lamp) = (camera.clip_from_object(), Lamp::beside(camera));
+    let part = Part { scene, faces, tree: &tree, clip_from_object };
     let mut counts = Framebuffer::new(width, height, 0u32)?;
     let count = |_: &Fragment<'_, 5>| Plus(1);
-    Painter::new(counts.viewport()).draw(&mut counts, &tree, camera.clip_from_object, count);
+    Painter::new(counts.viewport()).draw(&mut counts, &tree, clip_from_object, count);
 
     let mut results = Vec::new();
     for (renderer, name) in RENDERERS {
@@ -129,13 +176,13 @@ fn compare(
         let shaded = AtomicU64::new(0);
         part.draw(renderer, &mut frame, |face, surface| {
             shaded.fetch_add(1, Ordering::Relaxed);
-            scene.shade(face, surface, camera)
+            scene.shade(face, surface, &lamp)
         });
         let mut runs: Vec<f64> = Vec::new();
         for _ in 0..times {
             let start = Instant::now();
             frame.clear(BACKGROUND, 1.0);
-            part.draw(renderer, &mut frame, |face, surface| scene.shade(face, surface, camera));
+            part.draw(renderer, &mut frame, |face, surface| scene.shade(face, surface, &lamp));
             runs.push(milliseconds(start));
             bar.inc(1);
         }
@@ -180,7 +227,7 @@ impl Comparison {
 }
 
 /// The scene, and beside it in red on grey where the z-buffer's picture is another.
-fn picture(comparison: &Comparison) -> Result<RgbaImage, Box<dyn Error>> {
+fn picture(comparison: &Comparison) -> Result<Framebuffer<Vec4>, Box<dyn Error>> {
     let [z_buffer, .., scanline] = comparison.results.as_slice() else {
         return Err("there is nothing to compare".into());
     };
@@ -192,10 +239,14 @@ fn picture(comparison: &Comparison) -> Result<RgbaImage, Box<dyn Error>> {
         *color = if differs { vec4(0.8, 0.05, 0.02, 1.0) } else { Vec3::splat(grey).extend(1.0) };
     }
     let [left, right] = [scanline.frame.reduced(SAMPLES)?, marked.reduced(SAMPLES)?];
-    let [left, right] = [left.to_image(), right.to_image()];
-    let mut both = RgbaImage::new(left.width() + right.width(), left.height());
-    both.copy_from(&left, 0, 0)?;
-    both.copy_from(&right, left.width(), 0)?;
+    let width = left.width();
+    let mut both = Framebuffer::new(2 * width, left.height(), BACKGROUND)?;
+    let width = width as usize;
+    let rows = left.color().chunks(width).zip(right.color().chunks(width));
+    for (row, (left, right)) in both.color_mut().chunks_mut(2 * width).zip(rows) {
+        row[..width].copy_from_slice(left);
+        row[width..].copy_from_slice(right);
+    }
     Ok(both)
 }
 
@@ -207,7 +258,7 @@ struct Part<'a> {
     /// How many faces, from the first.
     faces: usize,
     tree: &'a BspTree<5>,
-    camera: &'a Camera,
+    clip_from_object: Mat4,
 }
 
 impl Part<'_> {
@@ -218,7 +269,7 @@ impl Part<'_> {
         frame: &mut Framebuffer<Vec4>,
         shader: impl Fn(usize, Surface) -> Over + Sync,
     ) {
-        let (scene, matrix) = (self.scene, self.camera.clip_from_object);
+        let (scene, matrix) = (self.scene, self.clip_from_object);
         let faces = &scene.faces[..self.faces];
         let shade = |f: &Fragment<'_, 5>| shader(f.face as usize, f.params.into());
         if renderer == Renderer::Painter {
@@ -277,24 +328,23 @@ struct Scene<'a> {
     looks: Vec<Look>,
     /// The number of the first face that is glass.
     glass: usize,
-    /// The middle and the radius.
-    sphere: (Vec3, f32),
+    /// It holds all faces.
+    sphere: Sphere,
 }
 
 impl<'a> Scene<'a> {
     fn around(model: &'a Model) -> Self {
-        let (centre, size) = sphere_around(model);
-        let vertex = |vertex: &polyscan::obj::ModelVertex| {
-            let surface = Surface { uv: vertex.uv, normal: vertex.normal };
-            Vertex::new(vertex.position.extend(1.0), surface)
-        };
+        let nothing = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+        let sphere = model.bounding_sphere().unwrap_or(nothing);
+        let (centre, size) = (sphere.centre, sphere.radius);
+        let surface = |v: &polyscan::obj::ModelVertex| Surface { uv: v.uv, normal: v.normal };
         let mut scene = Self {
             model,
-            vertices: model.vertices.iter().map(vertex).collect(),
+            vertices: model.vertices_with(Mat4::IDENTITY, surface),
             faces: model.faces().map(|face| face.indices.to_vec()).collect(),
             looks: model.faces().map(|face| Look::Model(face.material)).collect(),
             glass: 0,
-            sphere: (centre, 1.4 * size),
+            sphere: Sphere { centre, radius: 1.4 * size },
         };
         let place = |turn: Quat, x: f32, y: f32, z: f32| {
             Mat4::from_scale_rotation_translation(
@@ -342,7 +392,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The colour of a face. What is opaque has the alpha 1, and covers.
-    fn shade(&self, face: usize, surface: Surface, camera: &Camera) -> Over {
+    fn shade(&self, face: usize, surface: Surface, lamp: &Lamp) -> Over {
         let color = match self.looks[face] {
             Look::Paint(color) => color,
             Look::Glass(tint) => return glass(tint, surface.uv),
@@ -350,7 +400,7 @@ impl<'a> Scene<'a> {
                 color_of(self.model, self.model.materials.get(material), surface.uv)
             }
         };
-        Over((color * camera.lit(&surface)).extend(1.0))
+        Over((color * lamp.lit(&surface)).extend(1.0))
     }
 }
 

@@ -188,6 +188,7 @@ pub mod scan;
 pub mod color;
 pub mod render;
 pub mod texture;
+pub mod camera;
 #[cfg(feature = "obj")]
 pub mod obj;
 #[cfg(test)]
@@ -196,6 +197,7 @@ mod test_rng;
 pub use fearless_simd::Level;
 pub use glam;
 
+pub use self::camera::Camera;
 pub use self::coverage::FillRule;
 pub use self::fragment::{Fragment, FragmentBlock};
 pub use self::outline::Outline;
@@ -211,6 +213,9 @@ pub use self::texture::Texture;
 pub use self::vertex::{Interpolation, Parameter, Vertex};
 pub use self::view_volume::{ClipPlane, ClipSpace};
 pub use self::viewport::{Rect, SizeError, Viewport};
+
+#[cfg(feature = "image")]
+pub use image;
 
 /// The README's code, compiled and run.
 #[cfg(all(doctest, feature = "image"))]

@@ -18,19 +18,31 @@
 //! `map_Kd`. Points, lines, curves, groups, smoothing groups and vertex colours are passed over.
 //! Only regular files in the OBJ file's folder and the folders below it are opened: of a name that
 //! leads elsewhere, such as `C:\art\wood.png`, the last part is looked for in the folder. Nothing is
-//! written.
+//! written. Textures in other formats than PNG need the feature `image`; without it they are missing,
+//! with a warning that says so.
 //!
 //! ```
 //! # let folder = tempfile::tempdir()?;
 //! # let path = folder.path().join("square.obj");
-//! std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")?;
+//! use polyscan::{Framebuffer, ZBuffer, obj::Model};
 //!
-//! let model = polyscan::obj::Model::load(&path)?.model;
+//! std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")?;
+//! let model = Model::load(&path)?.model;
 //! for face in model.faces() {
 //!     let corners: Vec<_> = face.indices.iter().map(|&i| model.vertices[i as usize]).collect();
 //!     assert_eq!(corners.len(), 4);
 //!     assert_eq!(corners[0].normal, glam::Vec3::Z);
 //! }
+//!
+//! // Seen from 30 degrees to the right, each face in the colour of its material.
+//! let mut frame = Framebuffer::new(320, 240, glam::Vec3::ONE)?;
+//! let camera = model.camera(320.0 / 240.0).turned(30_f32.to_radians(), 0.0);
+//! let vertices = model.vertices_with(camera.clip_from_object(), |vertex| vertex.uv);
+//! let mut renderer = ZBuffer::new(frame.viewport());
+//! for (i, material) in model.materials.iter().enumerate() {
+//!     renderer.draw_mesh(&mut frame, &vertices, model.faces_of(i), |_| material.diffuse);
+//! }
+//! assert_eq!(frame.color()[120 * 320 + 160], model.materials[0].diffuse);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -39,9 +51,11 @@ use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use glam::{Vec2, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 
+use crate::camera::{Camera, Sphere};
 use crate::texture::{MAX_FILE_TEXELS, Texture, TextureError};
+use crate::vertex::Vertex;
 
 mod plain;
 mod materials;
@@ -105,6 +119,7 @@ pub struct ModelVertex {
 
 /// How a face looks.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Material {
     /// The name in the MTL file; "default" for the default material.
     pub name: String,
@@ -122,12 +137,21 @@ pub struct Material {
 impl Default for Material {
     /// The material of faces that name none: 0.8 grey, no texture.
     fn default() -> Self {
-        Self { name: "default".to_owned(), diffuse: Vec3::splat(0.8), texture: None }
+        Self::new("default", Vec3::splat(0.8))
+    }
+}
+
+impl Material {
+    /// A material without a texture; `diffuse` is its reflectance in linear light.
+    #[must_use]
+    pub fn new(name: impl Into<String>, diffuse: Vec3) -> Self {
+        Self { name: name.into(), diffuse, texture: None }
     }
 }
 
 /// A polygon of a [`Model`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Face<'a> {
     /// At least three indices into [`Model::vertices`], counter-clockwise seen from outside.
     pub indices: &'a [u32],
@@ -157,6 +181,7 @@ struct Faces {
 
 /// A model, and what its files lack.
 #[derive(Debug)]
+#[must_use]
 pub struct Loaded {
     /// The model, complete as to geometry.
     pub model: Model,
@@ -174,6 +199,7 @@ pub struct Loaded {
 /// assert!(flat.load("no-such-file.obj").is_err());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
 pub struct Loader {
     crease_angle: f32,
 }
@@ -391,8 +417,66 @@ impl Model {
     /// The least and the greatest coordinates of the vertices; `None` if there are none.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let positions = self.vertices.iter().map(|vertex| vertex.position);
+        let positions = self.positions();
         positions.clone().reduce(Vec3::min).zip(positions.reduce(Vec3::max))
+    }
+
+    /// A small sphere that holds all vertices; `None` if there are none. It is found anew at each call,
+    /// in some milliseconds for 100,000 vertices.
+    #[must_use]
+    pub fn bounding_sphere(&self) -> Option<Sphere> {
+        Sphere::around(self.positions())
+    }
+
+    /// A camera that sees the whole model, for pictures whose width is `aspect` times their height. It
+    /// looks along the z axis, with y up, until it is [`turned`](Camera::turned).
+    pub fn camera(&self, aspect: f32) -> Camera {
+        let nothing = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+        Camera::around(self.bounding_sphere().unwrap_or(nothing), aspect)
+    }
+
+    /// The vertices as renderers take them: their positions transformed by a matrix, and with the
+    /// parameters that the shader is to have.
+    ///
+    /// They are in the order of [`vertices`](Self::vertices), so the faces' indices fit.
+    ///
+    /// ```
+    /// # let folder = tempfile::tempdir()?;
+    /// # let path = folder.path().join("triangle.obj");
+    /// # std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+    /// use glam::{Vec2, Vec3};
+    /// use polyscan::{obj::Model, record};
+    ///
+    /// record! {
+    ///     struct Surface {
+    ///         uv: Vec2,
+    ///         normal: Vec3,
+    ///     }
+    /// }
+    ///
+    /// let model = Model::load(&path)?.model;
+    /// let clip_from_object = model.camera(4.0 / 3.0).clip_from_object();
+    /// let vertices =
+    ///     model.vertices_with(clip_from_object, |v| Surface { uv: v.uv, normal: v.normal });
+    /// assert_eq!(vertices[0].params, [0.0, 0.0, 0.0, 0.0, 1.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn vertices_with<P, const N: usize>(
+        &self,
+        clip_from_object: Mat4,
+        params: impl FnMut(&ModelVertex) -> P,
+    ) -> Vec<Vertex<N>>
+    where
+        P: Into<[f32; N]>,
+    {
+        let positions = self.positions().map(|position| clip_from_object * position.extend(1.0));
+        let params = self.vertices.iter().map(params);
+        positions.zip(params).map(|(position, params)| Vertex::new(position, params)).collect()
+    }
+
+    fn positions(&self) -> impl Iterator<Item = Vec3> + Clone {
+        self.vertices.iter().map(|vertex| vertex.position)
     }
 }
 
@@ -420,7 +504,6 @@ impl Default for Loader {
 
 impl Loader {
     /// The default: creases from [`DEFAULT_CREASE_ANGLE`] on.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -430,7 +513,6 @@ impl Loader {
     /// Where the file gives no normal, a face's normal at a corner is the mean, weighted by angle, of
     /// the faces there whose own normals are within this angle of its own. 0 keeps every face flat,
     /// pi smooths every edge. What is outside the range is clamped; NaN counts as 0.
-    #[must_use]
     pub fn with_crease_angle(self, radians: f32) -> Self {
         let radians = if radians > 0.0 { radians.min(std::f32::consts::PI) } else { 0.0 };
         Self { crease_angle: radians }

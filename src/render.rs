@@ -46,7 +46,7 @@ mod mesh;
 mod z_buffer;
 mod painter;
 mod scanline;
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 mod png_file;
 
 pub use self::bsp::BspTree;
@@ -56,7 +56,7 @@ pub use self::front::OneThread;
 pub use self::geometry::{Geometry, Mesh, PosedTree};
 pub use self::paint::{Additive, Over, Paint};
 pub use self::painter::PainterRenderer;
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 pub use self::png_file::{PngError, PngFile};
 pub use self::scanline::ScanlineRenderer;
 pub use self::target::{RenderTarget, Target, TargetError};

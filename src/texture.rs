@@ -24,10 +24,12 @@
 //! # Ok::<(), polyscan::texture::TextureError>(())
 //! ```
 
-#[cfg(feature = "image")]
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::{Vec2, Vec4};
+
+#[cfg(feature = "png")]
+mod file;
 
 /// The longest side of a texture, in texels: the side of the largest viewport.
 ///
@@ -35,16 +37,17 @@ use glam::{Vec2, Vec4};
 pub const MAX_SIDE: u32 = 65_536;
 
 /// The most texels in a texture read from a file: 16384 x 16384, which takes 4 GiB here.
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 pub const MAX_FILE_TEXELS: u64 = 1 << 28;
 
 /// The most bytes that decoding a file may allocate: 1 GiB, which is [`MAX_FILE_TEXELS`] of four
 /// bytes.
-#[cfg(feature = "image")]
+#[cfg(feature = "png")]
 pub const MAX_DECODE_BYTES: u64 = 1 << 30;
 
 /// How the texels around a point become its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Filter {
     /// The texel that the point lies in.
     Nearest,
@@ -55,6 +58,7 @@ pub enum Filter {
 
 /// What a coordinate outside 0 to 1 means.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Wrap {
     /// The picture is repeated without end, and without a seam under [`Filter::Bilinear`].
     #[default]
@@ -113,7 +117,6 @@ pub enum TextureError {
         height: u32,
     },
     /// The file cannot be read.
-    #[cfg(feature = "image")]
     #[error("cannot read the picture {}: {source}; check its name and permissions", path.display())]
     Read {
         /// The file.
@@ -122,19 +125,26 @@ pub enum TextureError {
         source: std::io::Error,
     },
     /// The file is read, but is no picture of a known format, or a broken one.
-    #[cfg(feature = "image")]
-    #[error(
-        "cannot decode the picture {}: {source}; save it again as PNG, JPEG, TGA, BMP or PNM",
-        path.display()
-    )]
+    #[error("cannot decode the picture {}: {source}; save it again as {FORMATS}", path.display())]
     Decode {
         /// The file.
         path: PathBuf,
         /// What the decoder said.
-        source: image::ImageError,
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The file's format is one that only the feature `image` brings a decoder for.
+    #[error(
+        "the picture {} is a {format} file: enable polyscan's feature `image` to read it, or save it \
+         again as PNG",
+        path.display()
+    )]
+    FeatureNeeded {
+        /// The file.
+        path: PathBuf,
+        /// The format's name, such as JPEG.
+        format: &'static str,
     },
     /// The file's picture is over the limits.
-    #[cfg(feature = "image")]
     #[error(
         "the picture {} is {width} x {height}: at most {MAX_SIDE} a side and {limit} texels in all \
          are read; scale it down",
@@ -151,6 +161,9 @@ pub enum TextureError {
         limit: u64,
     },
 }
+
+/// The formats of files that [`Texture::open`] reads.
+const FORMATS: &str = if cfg!(feature = "image") { "PNG, JPEG, TGA, BMP or PNM" } else { "PNG" };
 
 impl Texture {
     /// A texture of `width` x `height` texels, given row by row from the top, in linear light and
@@ -319,11 +332,31 @@ impl Pair {
     }
 }
 
+/// The place of the texel that a coordinate lies in: the whole part of coordinate times size, wrapped.
+///
+/// In `f32` that product may round up to the line between two texels. Here it is an `f64`, which has
+/// room for the 24 bits of any `f32` beside the 17 of a size, so that nothing is rounded.
 #[inline]
 fn nearest_index(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
-    let size = size as f32;
-    // The product may round up to the size, or be it: 1 belongs to the last texel.
-    index((wrapped(coordinate, wrap) * size).floor().min(size - 1.0))
+    let (last, size) = (size - 1, f64::from(size));
+    match wrap {
+        Wrap::Repeat => {
+            let texels = f64::from(coordinate) * size;
+            // Where the pictures begin that the coordinate is in: exact as well.
+            let start = f64::from(coordinate.floor()) * size;
+            // 2^52 plus a number has the integer nearest to it in its lowest mantissa bits: the
+            // texel, or the one after it. The comparison, which is exact, tells. NaN, which an infinity
+            // leads to as well, has zeros there, and compares as false.
+            let shifted = texels - start + 4_503_599_627_370_496.0;
+            let nearest = shifted - 4_503_599_627_370_496.0;
+            let index = shifted.to_bits() as u32 & 0x1_FFFF;
+            index - u32::from(start + nearest > texels)
+        }
+        // The wrapped coordinate is exact; 1 belongs to the last texel.
+        Wrap::Clamp | Wrap::Mirror => {
+            ((f64::from(wrapped(coordinate, wrap)) * size) as u32).min(last)
+        }
+    }
 }
 
 /// The coordinate brought into 0 to 1.
@@ -381,7 +414,7 @@ fn room(width: u32, height: u32) -> Result<Vec<Vec4>, TextureError> {
         .ok_or(TextureError::Memory { width, height })
 }
 
-/// From files and from the `image` crate's pictures.
+/// From the `image` crate's pictures.
 #[cfg(feature = "image")]
 impl Texture {
     /// The texture of a picture for the eye.
@@ -394,24 +427,23 @@ impl Texture {
     /// As [`Texture::from_fn`]: an empty or too large picture, or no memory.
     pub fn from_image(image: &image::DynamicImage) -> Result<Self, TextureError> {
         use image::ColorType as C;
+        let (width, height) = (image.width(), image.height());
         match image.color() {
             C::L8 | C::La8 | C::Rgb8 | C::Rgba8 => {
-                let light = |code: u8| crate::color::decode(code);
-                from_pixels(&image.to_rgba8(), |[r, g, b, a]| {
-                    premultiplied([light(r), light(g), light(b)], f32::from(a) / 255.0)
-                })
+                let picture = image.to_rgba8();
+                from_pixels(width, height, picture.pixels().map(|pixel| light_of_8(pixel.0)))
             }
             C::L16 | C::La16 | C::Rgb16 | C::Rgba16 => {
-                // 65536 powers, where most pictures have more channels than that to decode.
-                let lights: Vec<f32> = (0..=u16::MAX)
-                    .map(|code| crate::color::linear(f64::from(code) / 65_535.0) as f32)
-                    .collect();
-                let light = |code: u16| lights[usize::from(code)];
-                from_pixels(&image.to_rgba16(), |[r, g, b, a]| {
-                    premultiplied([light(r), light(g), light(b)], f32::from(a) / 65_535.0)
-                })
+                let (picture, light) = (image.to_rgba16(), light_of_16());
+                from_pixels(width, height, picture.pixels().map(|pixel| light(pixel.0)))
             }
-            _ => from_pixels(&image.to_rgba32f(), |[r, g, b, a]| premultiplied([r, g, b], a)),
+            _ => {
+                let light = |pixel: &image::Rgba<f32>| {
+                    let [r, g, b, alpha] = pixel.0;
+                    premultiplied([r, g, b], alpha)
+                };
+                from_pixels(width, height, image.to_rgba32f().pixels().map(light))
+            }
         }
     }
 
@@ -423,69 +455,181 @@ impl Texture {
     /// # Errors
     /// As [`Texture::from_image`].
     pub fn from_data(image: &image::DynamicImage) -> Result<Self, TextureError> {
-        from_pixels(&image.to_rgba32f(), Vec4::from_array)
-    }
-
-    /// The texture of a picture file, by [`Texture::from_image`]: PNG, JPEG, TGA, BMP or PNM, told
-    /// by its content, or by its extension where the content does not tell (TGA).
-    ///
-    /// At most [`MAX_SIDE`] texels a side, [`MAX_FILE_TEXELS`] in all and [`MAX_DECODE_BYTES`] for
-    /// the decoder are allowed, so that a small file cannot ask for a machine's whole memory.
-    ///
-    /// # Errors
-    /// [`TextureError::Read`], [`TextureError::Decode`] and [`TextureError::TooLarge`] name the file
-    /// and the cause; [`TextureError::Memory`] if there is less than the limits allow.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, TextureError> {
-        Self::open_within(path.as_ref(), MAX_FILE_TEXELS)
-    }
-
-    /// [`Texture::open`] with a lower limit on the number of texels.
-    pub(crate) fn open_within(path: &Path, limit: u64) -> Result<Self, TextureError> {
-        Self::from_image(&decode_file(path, limit)?)
+        let numbers = image.to_rgba32f();
+        let texels = numbers.pixels().map(|pixel| Vec4::from_array(pixel.0));
+        from_pixels(image.width(), image.height(), texels)
     }
 }
 
-/// Reads a picture, unless it has more than `limit` texels or exceeds the limits of
-/// [`Texture::open`].
-#[cfg(feature = "image")]
-fn decode_file(path: &Path, limit: u64) -> Result<image::DynamicImage, TextureError> {
-    use image::ImageDecoder as _;
-    let undecodable = |source| TextureError::Decode { path: path.to_owned(), source };
-
-    let mut reader = image::ImageReader::open(path)
-        .and_then(image::ImageReader::with_guessed_format)
-        .map_err(|source| TextureError::Read { path: path.to_owned(), source })?;
-    let mut limits = image::Limits::default();
-    limits.max_alloc = Some(MAX_DECODE_BYTES);
-    reader.limits(limits.clone());
-
-    let decoder = reader.into_decoder().map_err(undecodable)?;
-    let (width, height) = decoder.dimensions();
-    let texels = u64::from(width) * u64::from(height);
-    if width.max(height) > MAX_SIDE || texels > limit {
-        return Err(TextureError::TooLarge { path: path.to_owned(), width, height, limit });
-    }
-    // The decoder counts what it allocates for itself; the picture it fills is counted here.
-    limits.reserve(decoder.total_bytes()).map_err(undecodable)?;
-    image::DynamicImage::from_decoder(decoder).map_err(undecodable)
-}
-
-#[cfg(feature = "image")]
-fn from_pixels<T: image::Primitive>(
-    image: &image::ImageBuffer<image::Rgba<T>, Vec<T>>,
-    texel: impl Fn([T; 4]) -> Vec4,
-) -> Result<Texture, TextureError>
-where
-    image::Rgba<T>: image::Pixel<Subpixel = T>,
-{
-    let (width, height) = image.dimensions();
+/// A texture of texels that come row by row.
+#[cfg(feature = "png")]
+fn from_pixels(
+    width: u32,
+    height: u32,
+    pixels: impl Iterator<Item = Vec4>,
+) -> Result<Texture, TextureError> {
     check_size(width, height)?;
     let mut texels = room(width, height)?;
-    texels.extend(image.pixels().map(|pixel| texel(pixel.0)));
+    texels.extend(pixels);
     Texture::new(width, height, texels)
 }
 
-#[cfg(feature = "image")]
+/// The texel of red, green, blue and alpha in 8 bits each.
+#[cfg(feature = "png")]
+fn light_of_8([r, g, b, alpha]: [u8; 4]) -> Vec4 {
+    premultiplied([r, g, b].map(crate::color::decode), f32::from(alpha) / 255.0)
+}
+
+/// A function that gives the texel of red, green, blue and alpha in 16 bits each.
+#[cfg(feature = "png")]
+fn light_of_16() -> impl Fn([u16; 4]) -> Vec4 {
+    // 65536 powers, where most pictures have more channels than that to decode.
+    let lights: Vec<f32> = (0..=u16::MAX)
+        .map(|code| crate::color::linear(f64::from(code) / 65_535.0) as f32)
+        .collect();
+    move |[r, g, b, alpha]| {
+        let light = [r, g, b].map(|code| lights[usize::from(code)]);
+        premultiplied(light, f32::from(alpha) / 65_535.0)
+    }
+}
+
+#[cfg(feature = "png")]
 fn premultiplied(light: [f32; 3], alpha: f32) -> Vec4 {
     (glam::Vec3::from_array(light) * alpha).extend(alpha)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
+
+    /// Sizes: all small ones, those beside powers of two, and some others.
+    fn sizes() -> impl Iterator<Item = u32> {
+        let powers = (6..=16).flat_map(|power| [(1 << power) - 1, 1 << power, (1 << power) + 1]);
+        (1..=40)
+            .chain(powers)
+            .chain([100, 641, 1000, 1366, 10_007, 54_321, 65_535])
+            .filter(|&size| size <= MAX_SIDE)
+    }
+
+    /// The floats on both sides of a number, and those beside them.
+    fn around(x: f32) -> [f32; 5] {
+        [x.next_down().next_down(), x.next_down(), x, x.next_up(), x.next_up().next_up()]
+    }
+
+    /// A float as `mantissa / 2^shift`; it must not be finer than 2^-100.
+    fn rational(x: f32) -> (i128, u32) {
+        let bits = x.to_bits();
+        let exponent = ((bits >> 23) & 0xFF) as i32;
+        let (mantissa, exponent) = match exponent {
+            0 => (bits & 0x7F_FFFF, -149),
+            _ => (bits & 0x7F_FFFF | 0x80_0000, exponent - 150),
+        };
+        let mantissa = if bits >> 31 == 1 { -i128::from(mantissa) } else { mantissa.into() };
+        if exponent >= 0 {
+            // Beyond 2^60 it is a whole and even number, to whatever power; 2^60 is one too.
+            (mantissa << exponent.min(60), 0)
+        } else {
+            // Finer than 2^-100 nothing comes but what is next to 0.
+            if exponent < -100 { (mantissa.signum(), 100) } else { (mantissa, -exponent as u32) }
+        }
+    }
+
+    /// The texel by integer arithmetic alone.
+    fn exact_index(u: f32, size: u32, wrap: Wrap) -> u32 {
+        if u.is_nan() {
+            return 0;
+        }
+        if u.is_infinite() {
+            return if wrap == Wrap::Clamp && u > 0.0 { size - 1 } else { 0 };
+        }
+        let (n, (mantissa, shift)) = (i128::from(size), rational(u));
+        // Shifting to the right rounds down.
+        let index = match wrap {
+            Wrap::Repeat => ((mantissa * n) >> shift).rem_euclid(n),
+            Wrap::Clamp => ((mantissa * n) >> shift).clamp(0, n - 1),
+            Wrap::Mirror => {
+                let one = 1_i128 << shift;
+                let phase = mantissa.rem_euclid(2 * one);
+                ((phase.min(2 * one - phase) * n) >> shift).min(n - 1)
+            }
+        };
+        index as u32
+    }
+
+    fn check(u: f32, size: u32) {
+        for wrap in WRAPS {
+            let (ours, exact) = (nearest_index(u, size, wrap), exact_index(u, size, wrap));
+            assert_eq!(ours, exact, "u = {u:e}, {size} texels, {wrap:?}");
+        }
+    }
+
+    #[test]
+    fn nearest_is_not_rounded_up_to_a_line() {
+        for (u, size, texel) in [(0.833_333_3, 6, 4), (0.7, 10, 6), (0.01, 100, 0)] {
+            for wrap in WRAPS {
+                assert_eq!(nearest_index(u, size, wrap), texel, "u = {u}, {size} texels");
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_beside_every_line() {
+        for size in sizes() {
+            let step = size.div_ceil(200) as usize;
+            for line in (-(2 * size as i32)..=2 * size as i32).step_by(step) {
+                for u in around((f64::from(line) / f64::from(size)) as f32) {
+                    check(u, size);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_just_below_zero() {
+        // One minus such a number has too many bits, even for `f64`.
+        for size in sizes() {
+            for line in 1..=size.min(60) {
+                for u in around((-f64::from(line) / f64::from(size)) as f32) {
+                    check(u, size);
+                    check(u / 65_536.0, size);
+                }
+            }
+            for power in 1..=149 {
+                check(-(0.5_f32.powi(power)), size);
+                check(-(0.5_f32.powi(power) * 1.999_999_9), size);
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_far_out_and_for_what_is_no_number() {
+        let mut odd =
+            vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 0.0, -0.0];
+        for far in [1e3, 1e5, 1e6, 4_194_304.3, 8_388_607.5, 16_777_216.0, 1e9, 1e15, 1e30] {
+            odd.extend(around(far).into_iter().chain(around(-far)));
+        }
+        for size in sizes() {
+            for &u in &odd {
+                check(u, size);
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_is_exact_for_floats_of_any_bits() {
+        let mut bits = 12_345_u32;
+        for size in sizes() {
+            for _ in 0..2000 {
+                // A linear congruential generator (Numerical Recipes, 1992); the upper bits are good.
+                bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                check(f32::from_bits(bits), size);
+                let fraction = (bits >> 8) as f32 / 16_777_216.0;
+                check(fraction, size);
+                check(-fraction, size);
+                check(fraction * 37.0 - 18.0, size);
+            }
+        }
+    }
 }

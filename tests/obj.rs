@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use glam::{Vec2, Vec3, vec2, vec3};
+use polyscan::Framebuffer;
 use polyscan::obj::{LineError, Loaded, Loader, Material, Model, ObjError, Warning};
 use tempfile::TempDir;
 
@@ -34,12 +35,10 @@ impl Files {
 
     /// A picture of one texel.
     fn with_picture(self, name: &str) -> Self {
-        let pixel = image::Rgb([255_u8, 0, 0]);
-        let mut png = std::io::Cursor::new(Vec::new());
-        image::RgbImage::from_pixel(1, 1, pixel)
-            .write_to(&mut png, image::ImageFormat::Png)
-            .expect("a picture");
-        self.with(name, png.into_inner())
+        let files = self.with(name, "");
+        let picture = Framebuffer::new(1, 1, [255_u8, 0, 0]).expect("a pixel");
+        picture.save_png(files.path(name)).expect("a picture");
+        files
     }
 
     fn load(&self, name: &str) -> Result<Loaded, ObjError> {

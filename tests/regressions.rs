@@ -177,7 +177,8 @@ mod obj {
         let folder = tempfile::tempdir().expect("a folder");
         let inside = folder.path().join("in");
         fs::create_dir(&inside).expect("a folder");
-        image::RgbImage::new(1, 1).save(folder.path().join("t.png")).expect("a picture");
+        let picture = polyscan::Framebuffer::new(1, 1, [0_u8; 3]).expect("a pixel");
+        picture.save_png(folder.path().join("t.png")).expect("a picture");
         let obj = "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
         fs::write(inside.join("m.obj"), obj).expect("a file");
         // The absolute name of the picture where the text has `@`.

@@ -26,6 +26,7 @@ fn wrapped_index(i: i64, size: u32, wrap: Wrap) -> u32 {
             let phase = i.rem_euclid(2 * n);
             if phase < n { phase } else { 2 * n - 1 - phase }
         }
+        _ => unreachable!("no other way to wrap"),
     };
     u32::try_from(index).expect("inside the picture")
 }

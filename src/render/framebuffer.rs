@@ -159,9 +159,41 @@ fn filled<T: Copy>(len: usize, value: T) -> Option<Vec<T>> {
     Some(elements)
 }
 
+#[cfg(feature = "png")]
+impl<C: crate::color::Color> Framebuffer<C> {
+    /// Writes the picture to a PNG file of 8 bits a channel, sRGB with straight alpha.
+    ///
+    /// The file gets its name when it is whole, in place of one that had it before. After an error
+    /// that one is as it was, or there is none.
+    ///
+    /// ```
+    /// use glam::Vec3;
+    /// use polyscan::Framebuffer;
+    ///
+    /// let grey = Framebuffer::new(320, 240, Vec3::splat(0.5))?;
+    /// grey.save_png(std::env::temp_dir().join("grey.png"))?;
+    ///
+    /// let error = grey.save_png("no/such/folder/grey.png").unwrap_err();
+    /// assert!(error.to_string().starts_with("cannot write no/such/folder/grey.png: "));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the folder is not there or may not be written to, or the disk is full. The error names
+    /// the file.
+    pub fn save_png(&self, path: impl AsRef<std::path::Path>) -> Result<(), super::PngError> {
+        let mut file = super::PngFile::new(path, self.width, self.height)?;
+        for row in self.color.chunks(self.width.max(1) as usize) {
+            file.write_row(row)?;
+        }
+        file.finish()
+    }
+}
+
 #[cfg(feature = "image")]
 impl<C: crate::color::Color> Framebuffer<C> {
     /// The picture in 8 bits a channel, sRGB with straight alpha.
+    #[must_use]
     pub fn to_image(&self) -> image::RgbaImage {
         image::RgbaImage::from_fn(self.width, self.height, |x, y| {
             let index = y as usize * self.width as usize + x as usize;

@@ -15,7 +15,10 @@ use crate::color::Color;
 #[non_exhaustive]
 pub enum PngError {
     /// The file cannot be made, written or given its name.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error(
+        "cannot write {}: {source}; check that its folder is there, may be written to and has room",
+        path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -76,6 +79,7 @@ pub enum PngError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
+#[must_use = "without `finish` there is no file"]
 pub struct PngFile {
     path: PathBuf,
     file: NamedTempFile,
@@ -211,8 +215,8 @@ fn temporary(path: &Path) -> Result<NamedTempFile, IoError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();
     builder.prefix(name).suffix(".part");
-    // Such as any file has; temporary ones are their owner's alone.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder.unwrap_or(Path::new(".")))
+    // By `std`, so that it has the permissions of any new file, where temporary ones are their owner's
+    // alone, and so that errors do not speak of its temporary name.
+    let create = |path: &Path| File::options().read(true).write(true).create_new(true).open(path);
+    builder.make_in(folder.unwrap_or(Path::new(".")), create)
 }
