@@ -1,8 +1,8 @@
 //! How time grows with pixels, polygons, parameters, depth complexity and sides, on one thread.
 //!
 //! ```text
-//! cargo bench --bench growth
-//! cargo bench --bench growth -- sides
+//! cargo bench -p polyscan-benches --bench growth
+//! cargo bench -p polyscan-benches --bench growth -- sides
 //! ```
 //!
 //! Prints tables, and draws them to `target/growth/*.svg`. A series ends with its exponents: k in
@@ -48,8 +48,9 @@ const AXES: [Axis; 5] = [
 
 fn main() -> Result<(), Box<dyn Error>> {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
-    let folder = Path::new("target/growth");
-    fs::create_dir_all(folder)?;
+    // Cargo runs benchmarks in the folder of their package, but the plots belong into `target`.
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("growth");
+    fs::create_dir_all(&folder)?;
     let chosen: Vec<_> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     for (name, unit, measure) in AXES {
         if !chosen.is_empty() && !chosen.iter().any(|chosen| chosen == name) {

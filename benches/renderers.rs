@@ -2,8 +2,8 @@
 //! and cross; and a ring of 69,696 triangles. Each with a cheap shader, a costly one, and as glass.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo bench --bench renderers
-//! RAYON_NUM_THREADS=1 cargo bench --bench renderers -- glass ring
+//! RAYON_NUM_THREADS=1 cargo bench -p polyscan-benches --bench renderers
+//! RAYON_NUM_THREADS=1 cargo bench -p polyscan-benches --bench renderers -- glass ring
 //! ```
 //!
 //! Prints Markdown tables of milliseconds a frame, clearing included: medians of interleaved rounds,

@@ -1,8 +1,8 @@
 //! What each stage costs, on one thread, with the public interface alone.
 //!
 //! ```text
-//! cargo bench --bench stages
-//! cargo bench --bench stages -- fragments quad
+//! cargo bench -p polyscan-benches --bench stages
+//! cargo bench -p polyscan-benches --bench stages -- fragments quad
 //! ```
 //!
 //! Names are filters. Under each time is a rate, of what the stage is made for: vertices, polygons,
