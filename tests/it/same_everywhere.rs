@@ -1,9 +1,7 @@
 //! Contract 6: the same image to the bit, however it is cut into tiles.
 
-mod common;
-
-use common::generators::{self, Rng};
-use common::vertices;
+use crate::common::generators::{self, Rng};
+use crate::common::vertices;
 use glam::vec4;
 use polyscan::{Framebuffer, Rect, Vertex, Viewport, ZBuffer};
 

@@ -1,13 +1,10 @@
 //! The scanline renderer's memory grows with the width of the picture, not with its height.
 
-use std::alloc::System;
-
 use glam::vec4;
 use polyscan::{Scanline, Vertex, Viewport};
-use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use stats_alloc::Region;
 
-#[global_allocator]
-static COUNTING: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+use crate::{COUNTING, alone};
 
 /// The most bytes in use at any row while a scene of so many faces is drawn.
 fn peak(width: u32, height: u32, faces: usize) -> usize {
@@ -40,6 +37,7 @@ fn peak(width: u32, height: u32, faces: usize) -> usize {
 
 #[test]
 fn memory_grows_with_the_width_not_with_the_height() {
+    let _alone = alone();
     // Of one thread, so that nothing depends on the machine.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
     pool.install(|| {

@@ -5,10 +5,8 @@
 use num_rational::BigRational;
 use num_traits::{ToPrimitive, Zero};
 
-mod common;
-
-use common::generators::{self, Cells, Mesh, Rng, Shape};
-use common::oracle::{self, Depth, FillRule, Position, Snapped, Window};
+use crate::common::generators::{self, Cells, Mesh, Rng, Shape};
+use crate::common::oracle::{self, Depth, FillRule, Position, Snapped, Window};
 
 /// More guard than any polygon here needs, unless a test says otherwise.
 const GUARD: f64 = 20_000.0;

@@ -10,11 +10,6 @@
 //! Clip space has x right and y up, screen space x right and y down with pixel (0, 0) top left.
 //! Positions are finite; the oracle panics on others, as exact arithmetic has no word for them.
 
-#![allow(
-    dead_code,
-    reason = "each test file compiles this module for itself and uses its own part"
-)]
-
 use std::array::from_fn;
 use std::cmp::Ordering;
 use std::ops::{Neg, Range};

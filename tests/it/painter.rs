@@ -3,18 +3,16 @@
 //!
 //! What is in front is decided by an oracle that knows nothing of trees and spans: `common/crossing`.
 
-mod common;
-
 use std::array::from_fn;
 use std::f32::consts::TAU;
 use std::ops::Add;
 
-use common::crossing::{
+use crate::common::crossing::{
     Depth, HEIGHT, Layer, Order, Scene, View, WIDTH, by_z_buffer, depths, direction, layer, order,
     random_scene, random_view, scan, solids,
 };
-use common::generators::Rng;
-use common::{LONG_SEED, in_threads};
+use crate::common::generators::Rng;
+use crate::common::{LONG_SEED, in_threads};
 use fearless_simd::Level;
 use glam::camera::rh::proj::directx;
 use glam::camera::rh::view::look_at_mat4;

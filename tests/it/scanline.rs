@@ -1,19 +1,17 @@
 //! The scanline renderer: the z-buffer's picture to the bit, each pixel shaded once, rows delivered
 //! once and in order, transparent faces in the order of a sort at each pixel.
 //!
-//! `cargo test --profile proof --test scanline -- --include-ignored --nocapture` runs the long
+//! `cargo test --profile proof --test it -- scanline:: --include-ignored --nocapture` runs the long
 //! version and prints its figures.
-
-mod common;
 
 use std::collections::HashSet;
 use std::ops::Add;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use common::generators::{self, Cells, Mesh, Rng, Shape};
-use common::oracle::{Position, Window};
-use common::{LONG_SEED, bare, in_threads, vertices};
+use crate::common::generators::{self, Cells, Mesh, Rng, Shape};
+use crate::common::oracle::{Position, Window};
+use crate::common::{LONG_SEED, bare, in_threads, vertices};
 use glam::{Vec4, vec4};
 use polyscan::render::{Over, Paint};
 use polyscan::{
@@ -32,7 +30,7 @@ struct Scene<const N: usize> {
 
 impl<const N: usize> Scene<N> {
     fn new(window: Window) -> Self {
-        let scan = ScanConverter::new(common::viewport(window));
+        let scan = ScanConverter::new(crate::common::viewport(window));
         Self { vertices: Vec::new(), faces: Vec::new(), scan, reversed: false }
     }
 
@@ -323,8 +321,12 @@ fn long_the_picture_is_the_z_buffers() {
 fn a_model_is_the_z_buffers_from_all_sides() {
     use glam::Vec3;
     use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
-    let model =
-        polyscan::obj::Model::load("examples/assets/cottage.obj").expect("it is there").model;
+    let model = polyscan::obj::Model::load(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../examples/assets/cottage.obj"
+    ))
+    .expect("it is there")
+    .model;
     let (low, high) = model.bounds().expect("it has vertices");
     let (centre, radius) = ((low + high) / 2.0, low.distance(high) / 2.0);
     for (i, distance) in [2.2, 2.2, 2.2, 0.9, 0.4].into_iter().enumerate() {

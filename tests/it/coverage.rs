@@ -1,10 +1,10 @@
 //! Contracts 1 and 2: coverage is exact, and the sides of the viewport do not move edges.
 
-mod common;
-
-use common::generators::{self, Cells, Rng};
-use common::oracle::{self, Depth, FillRule, Position, Window};
-use common::{LONG_SEED, Tally, at_pixels, bare, counts, digits, in_threads, picture, viewport};
+use crate::common::generators::{self, Cells, Rng};
+use crate::common::oracle::{self, Depth, FillRule, Position, Window};
+use crate::common::{
+    LONG_SEED, Tally, at_pixels, bare, counts, digits, in_threads, picture, viewport,
+};
 use glam::{DVec4, Vec4Swizzles, vec4};
 use polyscan::{ClipPlane, Cull, Rect, ScanConverter, Vertex, Viewport};
 

@@ -1,9 +1,7 @@
 //! The clipper on its own: planes, corners, the eye, and what becomes of shared edges.
 
-mod common;
-
-use common::generators::{self, Rng};
-use common::vertices;
+use crate::common::generators::{self, Rng};
+use crate::common::vertices;
 use glam::{Vec4, vec4};
 use polyscan::clip::{Clipped, Clipper, W_MIN};
 use polyscan::{ClipPlane, ClipSpace, Interpolation, Vertex};

@@ -8,18 +8,16 @@
 //!   held against the same planes: they may be off by what Mesa was measured to be off, which each
 //!   test states, and differ from ours by that and what is promised of ours.
 //!
-//! `cargo test --test mesa -- --nocapture` prints what was measured, a line a family of scenes.
-
-mod common;
+//! `cargo test --test it mesa:: -- --nocapture` prints what was measured, a line a family of scenes.
 
 use std::fmt;
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use common::generators::Shape;
-use common::oracle::{self, Depth, FillRule, Position, Window};
-use common::{counts, vertices, viewport};
+use crate::common::generators::Shape;
+use crate::common::oracle::{self, Depth, FillRule, Position, Window};
+use crate::common::{counts, vertices, viewport};
 use polyscan::project::GUARD_BAND;
 use polyscan::{ClipSpace, DepthTest, Fragment, Framebuffer, Vertex, ZBuffer};
 
@@ -211,7 +209,7 @@ impl<'a> Reader<'a> {
 
 /// The files of a family, in the order of their names.
 fn files(family: char) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/mesa");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/mesa");
     let entries = fs::read_dir(folder).expect("the folder of the scenes");
     let mut files: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "z"));

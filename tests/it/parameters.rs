@@ -1,13 +1,11 @@
 //! Contract 4: parameters are exact to f32, and so are their derivatives.
 
-mod common;
-
 use std::fmt;
 use std::ops::{Add, Range};
 
-use common::generators::{self, Rng, Shape};
-use common::oracle::{self, Depth, Window};
-use common::{LONG_SEED, in_threads, vertices, viewport};
+use crate::common::generators::{self, Rng, Shape};
+use crate::common::oracle::{self, Depth, Window};
+use crate::common::{LONG_SEED, in_threads, vertices, viewport};
 use glam::{Mat3, Vec3, vec3, vec4};
 use polyscan::{
     ClipPlane, Fragment, Interpolation, ParameterMatrix, ScanConverter, Vertex, Viewport,

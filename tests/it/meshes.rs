@@ -10,14 +10,12 @@
 //! together they have to touch each pixel exactly once, which finds the gaps that clipping leaves,
 //! as well as the double hits.
 //!
-//! `cargo test --profile proof --test meshes -- --include-ignored --nocapture` runs the long
+//! `cargo test --profile proof --test it -- meshes:: --include-ignored --nocapture` runs the long
 //! versions and prints their figures.
 
-mod common;
-
-use common::generators::{self, Cells, Mesh, Rng};
-use common::oracle::{self, FillRule, Position, Window};
-use common::{LONG_SEED, Tally, bare, in_threads, viewport};
+use crate::common::generators::{self, Cells, Mesh, Rng};
+use crate::common::oracle::{self, FillRule, Position, Window};
+use crate::common::{LONG_SEED, Tally, bare, in_threads, viewport};
 use glam::{Vec4, vec4};
 use polyscan::{ClipPlane, ScanConverter, Vertex};
 

@@ -1,8 +1,6 @@
 //! OBJ and MTL files: what is read, what is passed over, and what is said about files that are
 //! wrong.
 
-#![cfg(feature = "obj")]
-
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 use std::fmt::Write as _;
 use std::fs;

@@ -3,21 +3,19 @@
 //! where one of them covers the pixel's centre by the rounding of its outline only: there it has a
 //! depth but no place among the planes of the tree.
 //!
-//! `cargo test --profile proof --test three_renderers -- --include-ignored --nocapture` runs the
+//! `cargo test --profile proof --test it -- three_renderers:: --include-ignored --nocapture` runs the
 //! long version and prints its figures.
-
-mod common;
 
 use std::f32::consts::TAU;
 use std::ops::Add;
 
-use common::crossing::{
+use crate::common::crossing::{
     HEIGHT, Layer, Order, Scene, View, WIDTH, by_z_buffer, depths, direction, layer, order,
     random_scene, random_view, solids,
 };
-use common::generators::{self, Rng};
-use common::oracle::{self, Position, Window};
-use common::{LONG_SEED, in_threads};
+use crate::common::generators::{self, Rng};
+use crate::common::oracle::{self, Position, Window};
+use crate::common::{LONG_SEED, in_threads};
 use glam::{Quat, Vec2, Vec3, Vec4};
 use polyscan::{BspTree, ClipSpace, Framebuffer, Painter, Scanline, Vertex};
 
@@ -230,7 +228,7 @@ fn long_all_three_draw_the_same_picture() {
 mod obj_files {
     use std::fmt::Write as _;
 
-    use common::oracle::Depth;
+    use crate::common::oracle::Depth;
     use glam::camera::rh::proj::directx::perspective;
     use glam::camera::rh::view::look_at_mat4;
     use glam::{Mat4, vec3};

@@ -1,13 +1,10 @@
 //! Contract 7: nothing is allocated once the first polygons have been drawn.
 
-use std::alloc::System;
-
 use glam::vec4;
 use polyscan::{ClipPlane, FillRule, Framebuffer, Vertex, ZBuffer};
-use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use stats_alloc::Region;
 
-#[global_allocator]
-static COUNTING: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+use crate::{COUNTING, alone};
 
 /// Triangles, n-gons, clipped and concave ones.
 fn polygons() -> Vec<Vec<Vertex<3>>> {
@@ -49,6 +46,7 @@ fn allocations(mut work: impl FnMut()) -> usize {
 
 #[test]
 fn nothing_is_allocated_in_the_steady_state() {
+    let _alone = alone();
     let polygons = polygons();
     let mut frame = Framebuffer::new(100, 80, [0.0f32; 3]).expect("a small frame");
     let mut renderer = ZBuffer::new(frame.viewport());

@@ -1,14 +1,12 @@
 //! Contracts 1, 3 and 4 for outlines of any shape: concave ones, holes, crossings, either fill rule,
 //! and all of that cut by planes.
 //!
-//! `cargo test --profile proof --test contours -- --include-ignored --nocapture` runs the long
+//! `cargo test --profile proof --test it -- contours:: --include-ignored --nocapture` runs the long
 //! versions and prints their figures.
 
-mod common;
-
-use common::generators::{self, Contours, Rng};
-use common::oracle::{self, Depth, Position, Window};
-use common::{LONG_SEED, Tally, at_pixels, bare, digits, in_threads, viewport};
+use crate::common::generators::{self, Contours, Rng};
+use crate::common::oracle::{self, Depth, Position, Window};
+use crate::common::{LONG_SEED, Tally, at_pixels, bare, digits, in_threads, viewport};
 use glam::{Vec4, vec4};
 use polyscan::{ClipPlane, Cull, FillRule, Framebuffer, Outline, ScanConverter, Vertex, ZBuffer};
 

@@ -6,11 +6,6 @@
 //! and z = w/2 - 1/4, so that nothing is cut by the near or the far plane of either depth
 //! convention.
 
-#![allow(
-    dead_code,
-    reason = "each test file compiles this module for itself and uses its own part"
-)]
-
 use std::array::from_fn;
 use std::f64::consts::TAU;
 

@@ -1,7 +1,5 @@
 //! What the test files share: seeded shapes, exact oracles, and pictures of digits.
 
-#![allow(dead_code, reason = "each test file compiles this module and uses its own part of it")]
-
 pub(crate) mod crossing;
 pub(crate) mod generators;
 pub(crate) mod oracle;

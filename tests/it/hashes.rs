@@ -10,9 +10,7 @@
 //! or scaled by powers of two; nothing here calls a sine, a logarithm or anything else whose last
 //! bit a platform may choose.
 
-mod common;
-
-use common::generators::Rng;
+use crate::common::generators::Rng;
 use fearless_simd::{Level, Simd};
 use glam::{Vec4, vec2, vec4};
 use polyscan::texture::{Filter, Wrap};

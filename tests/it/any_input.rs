@@ -1,9 +1,7 @@
 //! Contract 3: any input is safe, and fragments keep to the range of their polygon.
 
-mod common;
-
-use common::generators::Rng;
-use common::{LONG_SEED, in_threads};
+use crate::common::generators::Rng;
+use crate::common::{LONG_SEED, in_threads};
 use glam::{Vec3, Vec4, vec4};
 use polyscan::{
     ClipPlane, ClipSpace, Cull, DepthSource, DepthTest, FillRule, Framebuffer, Interpolation, Rect,

@@ -1,12 +1,10 @@
 //! The z-buffer renderer: depth tests, discarding, depth without colour, any colour type.
 
-mod common;
-
 use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::generators::{self, Rng};
-use common::vertices;
+use crate::common::generators::{self, Rng};
+use crate::common::vertices;
 use glam::vec4;
 use polyscan::render::{Over, Plus};
 use polyscan::{

@@ -1,17 +1,13 @@
 //! Golden pictures. Each was looked at, and each is computed here a second time, pixel by pixel,
 //! from the oracle's coverage and rays, without any of the library's stages.
 //!
-//! `POLYSCAN_BLESS=1 cargo test --test golden` writes them anew, for somebody to look at.
-
-#![cfg(feature = "image")]
-
-mod common;
+//! `POLYSCAN_BLESS=1 cargo test --test it golden::` writes them anew, for somebody to look at.
 
 use std::path::Path;
 
-use common::generators::Shape;
-use common::oracle::{self, Depth, FillRule, Window};
-use common::{vertices, viewport};
+use crate::common::generators::Shape;
+use crate::common::oracle::{self, Depth, FillRule, Window};
+use crate::common::{vertices, viewport};
 use image::{Rgb, RgbImage};
 use polyscan::{Framebuffer, ZBuffer};
 
@@ -101,7 +97,7 @@ fn computed(scene: &Scene) -> RgbImage {
 }
 
 fn check(scene: &Scene) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/{}.png", scene.name));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/{}.png", scene.name));
     let drawn = drawn(scene);
     if std::env::var_os("POLYSCAN_BLESS").is_some() {
         drawn.save(&path).expect("tests/data can be written");
