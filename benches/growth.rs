@@ -1,8 +1,8 @@
 //! How time grows with pixels, polygons, parameters, depth complexity and sides, on one thread.
 //!
 //! ```text
-//! cargo bench --bench growth
-//! cargo bench --bench growth -- sides
+//! cargo bench -p polyscan-benches --bench growth
+//! cargo bench -p polyscan-benches --bench growth -- sides
 //! ```
 //!
 //! Prints tables, and draws them to `target/growth/*.svg`. A series ends with its exponents: k in
@@ -25,8 +25,8 @@ use glam::Vec4;
 use plotters::prelude::*;
 use polyscan::fragment::LANES;
 use polyscan::{
-    FillRule, FragmentBlock, Framebuffer, ScanConverter, Scanline, SizeError, Vertex, Viewport,
-    ZBuffer,
+    FillRule, FragmentBlock, Framebuffer, ScanConverter, ScanlineRenderer, SizeError, Vertex,
+    Viewport, ZBufferRenderer,
 };
 
 /// Times of one way to do something, against its size.
@@ -48,8 +48,9 @@ const AXES: [Axis; 5] = [
 
 fn main() -> Result<(), Box<dyn Error>> {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
-    let folder = Path::new("target/growth");
-    fs::create_dir_all(folder)?;
+    // Cargo runs benchmarks in the folder of their package, but the plots belong into `target`.
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("growth");
+    fs::create_dir_all(&folder)?;
     let chosen: Vec<_> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     for (name, unit, measure) in AXES {
         if !chosen.is_empty() && !chosen.iter().any(|chosen| chosen == name) {
@@ -166,11 +167,11 @@ fn time<S>(state: &mut S, prepare: impl Fn(&mut S), run: impl Fn(&mut S)) -> Dur
 }
 
 /// A frame, and the renderer to draw on it.
-type Canvas<const N: usize> = (Framebuffer<u32>, ZBuffer<N>);
+type Canvas<const N: usize> = (Framebuffer<u32>, ZBufferRenderer<N>);
 
 fn canvas<const N: usize>(size: u32) -> Result<Canvas<N>, SizeError> {
     let frame = Framebuffer::new(size, size, 0)?;
-    let renderer = ZBuffer::new(frame.viewport());
+    let renderer = ZBufferRenderer::new(frame.viewport());
     Ok((frame, renderer))
 }
 
@@ -227,7 +228,7 @@ fn polygons() -> Result<Vec<Series>, SizeError> {
         let faces = || triangles(SIZE / 4).take(count as usize);
         let size = f64::from(count);
         let least = time(&mut canvas(SIZE)?, clear, |(frame, renderer)| {
-            renderer.draw_mesh_blocks(frame, &vertices, faces(), shade);
+            renderer.draw_blocks(frame, polyscan::Mesh::new(&vertices, faces()), shade);
         });
         mesh.points.push((size, least));
         // More would take longer than all the rest.
@@ -241,7 +242,7 @@ fn polygons() -> Result<Vec<Series>, SizeError> {
             }
         });
         single.points.push((size, least));
-        let mut renderer = Scanline::new(Viewport::new(SIZE, SIZE)?);
+        let mut renderer = ScanlineRenderer::new(Viewport::new(SIZE, SIZE)?);
         let least = time(
             &mut renderer,
             |_| (),
@@ -331,7 +332,7 @@ fn sides() -> Result<Vec<Series>, SizeError> {
     let zigzag: Shape =
         |k, sides| (2.0 * k as f32 / (sides - 1) as f32 - 1.0, if k % 2 == 0 { -1.0 } else { 1.0 });
     let mut scan = ScanConverter::new(Viewport::new(512, 512)?);
-    scan.fill_rule = FillRule::EvenOdd;
+    scan.settings.fill_rule = FillRule::EvenOdd;
     let series = [("convex", convex), ("star", star), ("zigzag, even-odd", zigzag)];
     Ok(series
         .map(|(name, shape)| {

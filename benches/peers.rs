@@ -1,8 +1,9 @@
 //! The workloads w1 .. w6 that other renderers are timed on, read from the folder that the
-//! environment variable `PEERS_SCENES` names. Prints one line a scene, in the peers' format:
+//! environment variable `PEERS_SCENES` names, from the root of the workspace if the name is a
+//! relative one. Prints one line a scene, in the peers' format:
 //!
 //! ```text
-//! PEERS_SCENES=folder cargo bench --bench peers -- w1 w3
+//! PEERS_SCENES=folder cargo bench -p polyscan-benches --bench peers -- w1 w3
 //! ```
 //!
 //! Times are the medians of all frames drawn in 0.9 seconds (`PB_MS` milliseconds if set), in
@@ -17,12 +18,13 @@
 //!
 //! ```text
 //! for round in 1 2 3 4 5; do for threads in 1 2; do
-//!   RAYON_NUM_THREADS=$threads cargo bench --bench peers -- w1 w2b w2f w3 w4 | sed "s/^/$threads /"
+//!   RAYON_NUM_THREADS=$threads cargo bench -p polyscan-benches --bench peers -- w1 w2b w2f w3 w4 |
+//!     sed "s/^/$threads /"
 //! done; done
 //! ```
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use fearless_simd::Level;
@@ -200,18 +202,23 @@ fn run<const N: usize>(
         let cleared = Instant::now();
         scene.transform(&mut vertices);
         if per_fragment {
-            renderer
-                .draw(&mut frame, Mesh::new(&vertices, &scene.triangles), |f| look_up(shade(&f.params)));
-        } else {
-            renderer.draw_blocks(&mut frame, Mesh::new(&vertices, &scene.triangles), |block, colors| {
-                for (lane, color) in colors.iter_mut().enumerate() {
-                    *color = shade(&std::array::from_fn(|i| block.params[i][lane]));
-                }
-                // Looked up in a loop of its own: the first can be SIMD where this one can not.
-                for color in colors {
-                    *color = look_up(*color);
-                }
+            renderer.draw(&mut frame, polyscan::Mesh::new(&vertices, &scene.triangles), |f| {
+                look_up(shade(&f.params))
             });
+        } else {
+            renderer.draw_blocks(
+                &mut frame,
+                polyscan::Mesh::new(&vertices, &scene.triangles),
+                |block, colors| {
+                    for (lane, color) in colors.iter_mut().enumerate() {
+                        *color = shade(&std::array::from_fn(|i| block.params[i][lane]));
+                    }
+                    // Looked up in a loop of its own: the first can be SIMD where this one can not.
+                    for color in colors {
+                        *color = look_up(*color);
+                    }
+                },
+            );
         }
         renders.push(milliseconds(cleared));
         totals.push(milliseconds(begin));
@@ -239,10 +246,12 @@ fn dump(path: &Path, frame: &Framebuffer<u32>) -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let Some(folder) = std::env::var_os("PEERS_SCENES").map(PathBuf::from) else {
+    let Some(folder) = std::env::var_os("PEERS_SCENES") else {
         println!("skipped: PEERS_SCENES does not name the folder of the scenes");
         return Ok(());
     };
+    // Cargo runs benchmarks in the folder of their package.
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
     let mut names: Vec<_> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     if names.is_empty() {
         names = SCENES.map(String::from).to_vec();

@@ -2,8 +2,8 @@
 //! and cross; and a ring of 69,696 triangles. Each with a cheap shader, a costly one, and as glass.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo bench --bench renderers
-//! RAYON_NUM_THREADS=1 cargo bench --bench renderers -- glass ring
+//! RAYON_NUM_THREADS=1 cargo bench -p polyscan-benches --bench renderers
+//! RAYON_NUM_THREADS=1 cargo bench -p polyscan-benches --bench renderers -- glass ring
 //! ```
 //!
 //! Prints Markdown tables of milliseconds a frame, clearing included: medians of interleaved rounds,
@@ -17,7 +17,10 @@ use std::time::Instant;
 use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{Mat4, Vec2, Vec3, Vec4, vec3, vec4};
 use polyscan::render::{Over, Paint};
-use polyscan::{BspTree, Fragment, Framebuffer, Painter, Scanline, SizeError, Vertex, ZBuffer};
+use polyscan::{
+    BspTree, Fragment, Framebuffer, PainterRenderer, ScanlineRenderer, SizeError, Vertex,
+    ZBufferRenderer,
+};
 
 const WIDTH: u32 = 1920;
 const HEIGHT: u32 = 1080;
@@ -151,10 +154,10 @@ where
 {
     let Scene { vertices, faces, tree, .. } = scene;
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, background)?;
-    let mut z_buffer = ZBuffer::new(frame.viewport());
+    let mut z_buffer = ZBufferRenderer::new(frame.viewport());
     z_buffer.depth_write = !is_glass;
-    let mut scanline = Scanline::new(frame.viewport());
-    let mut painter = Painter::new(frame.viewport());
+    let mut scanline = ScanlineRenderer::new(frame.viewport());
+    let mut painter = PainterRenderer::new(frame.viewport());
     let mut rounds = Vec::new();
     let begin = Instant::now();
     // The first round allocates, and is left out.
@@ -166,13 +169,17 @@ where
             let start = Instant::now();
             frame.clear(background, 1.0);
             match renderer {
-                0 => z_buffer.draw_mesh(&mut frame, vertices, faces, &shader),
+                0 => z_buffer.draw(&mut frame, polyscan::Mesh::new(vertices, faces), &shader),
                 1 => {
                     let prepared = scanline.scene(vertices, faces).transparent(|_| is_glass);
                     prepared.draw_on(&mut frame, &shader);
                 }
                 2 => painter.draw(&mut frame, tree, Mat4::IDENTITY, &shader),
-                _ => painter.draw_sorted(&mut frame, vertices, faces, &shader),
+                _ => painter.draw(
+                    &mut frame,
+                    polyscan::Mesh::new(vertices, faces).back_to_front(),
+                    &shader,
+                ),
             }
             *time = milliseconds(start);
         }

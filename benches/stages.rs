@@ -1,8 +1,8 @@
 //! What each stage costs, on one thread, with the public interface alone.
 //!
 //! ```text
-//! cargo bench --bench stages
-//! cargo bench --bench stages -- fragments quad
+//! cargo bench -p polyscan-benches --bench stages
+//! cargo bench -p polyscan-benches --bench stages -- fragments quad
 //! ```
 //!
 //! Names are filters. Under each time is a rate, of what the stage is made for: vertices, polygons,
@@ -136,16 +136,18 @@ mod project {
 
 /// From outlines to runs, 461 rows at most; the rate is of rows.
 mod edge_table {
-    use polyscan::edge_table::EdgeTable;
-    use polyscan::project::FixedPoint;
+    use polyscan::coverage::EdgeTable;
+    use polyscan::subpixel::SubpixelPoint;
 
     use super::*;
 
     #[divan::bench(args = SHAPES)]
     fn rows(bencher: Bencher<'_, '_>, name: &str) {
         let subpixels = |v: f32| ((v + 1.0) * (SIZE * 128) as f32) as i32;
-        let point =
-            |v: &Vertex<2>| FixedPoint { x: subpixels(v.position.x), y: subpixels(-v.position.y) };
+        let point = |v: &Vertex<2>| SubpixelPoint {
+            x: subpixels(v.position.x),
+            y: subpixels(-v.position.y),
+        };
         let outline: Vec<_> = shape(name).iter().map(point).collect();
         let mut table = EdgeTable::new();
         let mut rows = || {
@@ -159,7 +161,7 @@ mod edge_table {
     /// Triangles that cover 18 pixels; the rate is of triangles.
     #[divan::bench]
     fn small_triangle(bencher: Bencher<'_, '_>) {
-        let outline = [(0, 0), (1536, 100), (700, 1536)].map(|(x, y)| FixedPoint { x, y });
+        let outline = [(0, 0), (1536, 100), (700, 1536)].map(|(x, y)| SubpixelPoint { x, y });
         let mut table = EdgeTable::new();
         bencher.counter(ItemsCount::new(1u32)).bench_local(|| {
             table.fill(black_box(&outline), 0..SIZE as i32);
@@ -251,19 +253,19 @@ fn on_cleared_frame(
 
 /// The z-buffer renderer with a square that covers the picture; the rate is of pixels.
 mod z_buffer_quad {
-    use polyscan::ZBuffer;
+    use polyscan::ZBufferRenderer;
 
     use super::*;
 
     #[divan::bench(consts = [0, 2, 8], sample_size = 1)]
     fn per_fragment<const N: usize>(bencher: Bencher<'_, '_>) {
-        let (quad, mut renderer) = (quad::<N>(4.0), ZBuffer::new(frame().viewport()));
+        let (quad, mut renderer) = (quad::<N>(4.0), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, SIZE * SIZE, |frame| renderer.draw(frame, &quad, shade));
     }
 
     #[divan::bench(consts = [0, 2, 8], sample_size = 1)]
     fn per_block<const N: usize>(bencher: Bencher<'_, '_>) {
-        let (quad, mut renderer) = (quad::<N>(4.0), ZBuffer::new(frame().viewport()));
+        let (quad, mut renderer) = (quad::<N>(4.0), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, SIZE * SIZE, |frame| {
             renderer.draw_blocks(frame, &quad, shade_block);
         });
@@ -272,7 +274,7 @@ mod z_buffer_quad {
     /// As `per_block`, where no division is needed.
     #[divan::bench(consts = [2], sample_size = 1)]
     fn per_block_equal_w<const N: usize>(bencher: Bencher<'_, '_>) {
-        let (quad, mut renderer) = (quad::<N>(1.0), ZBuffer::new(frame().viewport()));
+        let (quad, mut renderer) = (quad::<N>(1.0), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, SIZE * SIZE, |frame| {
             renderer.draw_blocks(frame, &quad, shade_block);
         });
@@ -280,14 +282,14 @@ mod z_buffer_quad {
 
     #[divan::bench(sample_size = 1)]
     fn depth_only(bencher: Bencher<'_, '_>) {
-        let (quad, mut renderer) = (quad::<0>(4.0), ZBuffer::new(frame().viewport()));
+        let (quad, mut renderer) = (quad::<0>(4.0), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, SIZE * SIZE, |frame| renderer.draw_depth(frame, &quad));
     }
 
     /// Behind what is there already.
     #[divan::bench]
     fn hidden(bencher: Bencher<'_, '_>) {
-        let (quad, mut renderer) = (quad::<2>(4.0), ZBuffer::new(frame().viewport()));
+        let (quad, mut renderer) = (quad::<2>(4.0), ZBufferRenderer::new(frame().viewport()));
         let mut frame = frame();
         frame.clear(0, 0.0);
         bencher.counter(ItemsCount::new(SIZE * SIZE)).bench_local(|| {
@@ -328,7 +330,7 @@ mod texture {
 
 /// Triangles of 8 pixels that cover the picture, two parameters each; the rate is of triangles.
 mod mesh {
-    use polyscan::{Scanline, ZBuffer};
+    use polyscan::{ScanlineRenderer, ZBufferRenderer};
 
     use super::*;
 
@@ -350,43 +352,47 @@ mod mesh {
 
     #[divan::bench(sample_size = 1)]
     fn per_fragment(bencher: Bencher<'_, '_>) {
-        let ((vertices, faces), mut renderer) = (grid(), ZBuffer::new(frame().viewport()));
+        let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, TRIANGLES, |frame| {
-            renderer.draw_mesh(frame, &vertices, &faces, shade);
+            renderer.draw(frame, polyscan::Mesh::new(&vertices, &faces), shade);
         });
     }
 
     #[divan::bench(sample_size = 1)]
     fn per_block(bencher: Bencher<'_, '_>) {
-        let ((vertices, faces), mut renderer) = (grid(), ZBuffer::new(frame().viewport()));
+        let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, TRIANGLES, |frame| {
-            renderer.draw_mesh_blocks(frame, &vertices, &faces, shade_block);
+            renderer.draw_blocks(frame, polyscan::Mesh::new(&vertices, &faces), shade_block);
         });
     }
 
     #[divan::bench(sample_size = 1)]
     fn depth_only(bencher: Bencher<'_, '_>) {
-        let ((vertices, faces), mut renderer) = (grid(), ZBuffer::new(frame().viewport()));
+        let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, TRIANGLES, |frame| {
-            renderer.draw_mesh_depth(frame, &vertices, &faces);
+            renderer.draw_depth(frame, polyscan::Mesh::new(&vertices, &faces));
         });
     }
 
     /// All turned away: what is left is to project, test and cull.
     #[divan::bench]
     fn culled(bencher: Bencher<'_, '_>) {
-        let ((vertices, faces), mut renderer) = (grid(), ZBuffer::new(frame().viewport()));
-        renderer.scan.cull = polyscan::Cull::CounterClockwise;
+        let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
+        renderer.settings.cull = polyscan::Cull::Front;
         let mut frame = frame();
         bencher.counter(ItemsCount::new(TRIANGLES)).bench_local(|| {
-            renderer.draw_mesh_blocks(&mut frame, black_box(&vertices), &faces, shade_block);
+            renderer.draw_blocks(
+                &mut frame,
+                polyscan::Mesh::new(black_box(&vertices), &faces),
+                shade_block,
+            );
         });
     }
 
     /// The same, one by one.
     #[divan::bench(sample_size = 1)]
     fn as_polygons(bencher: Bencher<'_, '_>) {
-        let ((vertices, faces), mut renderer) = (grid(), ZBuffer::new(frame().viewport()));
+        let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, TRIANGLES, |frame| {
             for face in &faces {
                 let triangle = face.map(|corner| vertices[corner as usize]);
@@ -397,7 +403,7 @@ mod mesh {
 
     #[divan::bench]
     fn scanline(bencher: Bencher<'_, '_>) {
-        let ((vertices, faces), mut renderer) = (grid(), Scanline::new(frame().viewport()));
+        let ((vertices, faces), mut renderer) = (grid(), ScanlineRenderer::new(frame().viewport()));
         bencher.counter(ItemsCount::new(TRIANGLES)).bench_local(|| {
             let scene = renderer.scene(black_box(&vertices), &faces);
             scene.draw_blocks(0, shade_block, |_, row| {
@@ -411,7 +417,7 @@ mod mesh {
 /// A sphere in a tree; the rate is of faces.
 mod bsp {
     use glam::{Mat4, Vec3};
-    use polyscan::{BspTree, Painter};
+    use polyscan::{BspTree, PainterRenderer};
 
     use super::*;
 
@@ -447,7 +453,7 @@ mod bsp {
         let (vertices, faces) = sphere();
         let tree = BspTree::new(&vertices, &faces);
         let mut frame = frame();
-        let mut painter = Painter::new(frame.viewport());
+        let mut painter = PainterRenderer::new(frame.viewport());
         let clip_from_object = Mat4::from_scale_rotation_translation(
             Vec3::new(0.9, 0.9, 0.4),
             glam::Quat::from_rotation_x(0.5),

@@ -194,11 +194,7 @@ impl<const N: usize> Clipper<N> {
         ClippedOutline::Chains { vertices: &self.vertices, chains: self.work.chains() }
     }
 
-    fn load(
-        &mut self,
-        outline: &(impl Outline<N> + ?Sized),
-        interpolation: &[Interpolation; N],
-    ) {
+    fn load(&mut self, outline: &(impl Outline<N> + ?Sized), interpolation: &[Interpolation; N]) {
         self.work.start(N);
         for contour in outline.contours() {
             let contour = contour.iter().map(|v| (v.position, v.params.as_slice()));

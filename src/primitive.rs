@@ -11,9 +11,9 @@ use glam::Vec4;
 
 use crate::clip::polygon::PolygonClipper;
 use crate::clip::records::Records;
-use crate::coverage::{EdgeTable, Runs};
 use crate::coverage::area::signed_area_of;
 use crate::coverage::shape::Coverage;
+use crate::coverage::{EdgeTable, Runs};
 use crate::outline::Chain;
 use crate::settings::DrawCall;
 use crate::subpixel::SubpixelPoint;
@@ -65,9 +65,8 @@ impl ClippedPolygon {
     /// Lays planes through the parameters.
     pub(crate) fn fit(&self, call: &DrawCall<'_>, face: u32, surface: &mut PolygonSurface) {
         let (vertices, face) = (self.clipper.vertices(), (face, self.is_front));
-        let is_plain = self.is_whole
-            && self.is_affine
-            && set_up_triangle(surface, call, face, vertices);
+        let is_plain =
+            self.is_whole && self.is_affine && set_up_triangle(surface, call, face, vertices);
         if !is_plain {
             let (positions, params) = (vertices.positions(), vertices.all_params());
             surface.set_up(call, face, positions, params, self.is_affine);

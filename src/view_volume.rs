@@ -52,8 +52,7 @@ impl ClipSpace {
 /// How many times wider and higher than the viewport the guard band is.
 fn guard_factors(viewport: &Viewport) -> [f64; 2] {
     let rect = viewport.rect();
-    [rect.width, rect.height]
-        .map(|size| 1.0 + 2.0 * f64::from(GUARD_BAND) / f64::from(size.max(1)))
+    [rect.width, rect.height].map(|size| 1.0 + 2.0 * f64::from(GUARD_BAND) / f64::from(size.max(1)))
 }
 
 /// A plane through the origin of homogeneous space; the inner side is where its product with the

@@ -17,7 +17,7 @@ use libfuzzer_sys::fuzz_target;
 use polyscan::fragment::LANES;
 use polyscan::{
     DepthSource, DepthTest, Fragment, FragmentBlock, Framebuffer, Rect, ScanConverter, Vertex,
-    Viewport, ZBuffer,
+    Viewport, ZBufferRenderer,
 };
 use polyscan_fuzz::{Bytes, N};
 
@@ -33,11 +33,11 @@ type Color = [u32; N + 1];
 const UNTOUCHED: Color = [0xABCD; N + 1];
 
 const TESTS: [DepthTest; 8] = [
-    DepthTest::Less,
+    DepthTest::Nearer,
     DepthTest::Always,
-    DepthTest::LessEqual,
-    DepthTest::Greater,
-    DepthTest::GreaterEqual,
+    DepthTest::NearerOrEqual,
+    DepthTest::Farther,
+    DepthTest::FartherOrEqual,
     DepthTest::Equal,
     DepthTest::NotEqual,
     DepthTest::Never,
@@ -96,7 +96,7 @@ impl Call {
         Some(color)
     }
 
-    fn draw(&self, renderer: &mut ZBuffer<N>, frame: &mut Framebuffer<Color>, corner: (i32, i32)) {
+    fn draw(&self, renderer: &mut ZBufferRenderer<N>, frame: &mut Framebuffer<Color>, corner: (i32, i32)) {
         renderer.depth_test = self.depth_test;
         renderer.depth_write = self.depth_write;
         let shader = |fragment: &Fragment<'_, N>| self.shade(fragment, corner);
@@ -114,11 +114,11 @@ impl Call {
             (None, By::Fragment) => renderer.draw(frame, vertices, shader),
             (None, By::Block) => renderer.draw_blocks(frame, vertices, block_shader),
             (None, By::DepthAlone) => renderer.draw_depth(frame, vertices),
-            (Some(faces), By::Fragment) => renderer.draw_mesh(frame, vertices, faces, shader),
+            (Some(faces), By::Fragment) => renderer.draw(frame, polyscan::Mesh::new(vertices, faces), shader),
             (Some(faces), By::Block) => {
-                renderer.draw_mesh_blocks(frame, vertices, faces, block_shader);
+                renderer.draw_blocks(frame, polyscan::Mesh::new(vertices, faces), block_shader);
             }
-            (Some(faces), By::DepthAlone) => renderer.draw_mesh_depth(frame, vertices, faces),
+            (Some(faces), By::DepthAlone) => renderer.draw_depth(frame, polyscan::Mesh::new(vertices, faces)),
         }
     }
 
@@ -168,12 +168,12 @@ fn face(bytes: &mut Bytes<'_>) -> Vec<u32> {
 fn passes(test: DepthTest, new: f32, old: f32) -> bool {
     match test {
         DepthTest::Never => false,
-        DepthTest::Less => new < old,
+        DepthTest::Nearer => new < old,
         DepthTest::Equal => new == old,
-        DepthTest::LessEqual => new <= old,
-        DepthTest::Greater => new > old,
+        DepthTest::NearerOrEqual => new <= old,
+        DepthTest::Farther => new > old,
         DepthTest::NotEqual => new != old,
-        DepthTest::GreaterEqual => new >= old,
+        DepthTest::FartherOrEqual => new >= old,
         DepthTest::Always => true,
     }
 }
@@ -214,10 +214,10 @@ fn check_outside(frame: &Framebuffer<Color>, scan: &ScanConverter<N>, depth: [f3
         };
         one(x, rect.x, rect.width) && one(y, rect.y, rect.height)
     };
-    let viewport = scan.viewport.rect();
+    let viewport = scan.settings.viewport.rect();
     for y in 0..frame.height() {
         for x in 0..frame.width() {
-            if !within(viewport, x, y) || !within(scan.scissor.unwrap_or(viewport), x, y) {
+            if !within(viewport, x, y) || !within(scan.settings.scissor.unwrap_or(viewport), x, y) {
                 let untouched = (UNTOUCHED, bits(depth[y as usize % 2]));
                 assert_eq!(pixel(frame, x, y), untouched, "pixel {x}, {y}");
             }
@@ -249,7 +249,7 @@ fuzz_target!(|data: &[u8]| {
     let size = [bytes.below(WIDTH as usize + 1) as u32, height(bytes)];
     let depth = if bytes.once(64) { [bytes.number(), bytes.number()] } else { [1.0, 0.5] };
     let viewport = viewport(bytes, size);
-    let mut renderer = ZBuffer::new(viewport);
+    let mut renderer = ZBufferRenderer::new(viewport);
     renderer.scan = bytes.scan_converter(viewport);
     renderer.depth_source =
         bytes.one_of([DepthSource::Z, DepthSource::Z, DepthSource::Z, DepthSource::InverseW]);
@@ -287,8 +287,8 @@ fuzz_target!(|data: &[u8]| {
     // A tile: the viewport and the scissor move, the tile's corner comes to pixel (0, 0).
     let [left, top] = tile_corner.map(|pixel| pixel as i32);
     let rect = viewport.rect();
-    renderer.scan.viewport = viewport.at(rect.x - left, rect.y - top);
-    if let Some(scissor) = &mut renderer.scan.scissor {
+    renderer.settings.viewport = viewport.at(rect.x - left, rect.y - top);
+    if let Some(scissor) = &mut renderer.settings.scissor {
         scissor.x = scissor.x.saturating_sub(left);
         scissor.y = scissor.y.saturating_sub(top);
     }

@@ -57,7 +57,7 @@ struct ParamRange {
 impl ParamRange {
     /// The range of parameter `i`, where something may be said about it.
     fn new(scan: &ScanConverter<N>, polygon: &[Vertex<N>], i: usize) -> Option<Self> {
-        let corners = match scan.interpolation[i] {
+        let corners = match scan.settings.interpolation[i] {
             Interpolation::Flat => polygon.get(..1)?,
             _ => polygon,
         };
@@ -93,12 +93,12 @@ impl ParamRange {
 /// Whether parameter `i` is divided by w and multiplied by it again.
 fn is_divided(scan: &ScanConverter<N>, polygon: &[Vertex<N>], i: usize) -> bool {
     let w = extent(polygon.iter().map(|v| v.position.w));
-    scan.interpolation[i] == Interpolation::Perspective && w.0 != w.1
+    scan.settings.interpolation[i] == Interpolation::Perspective && w.0 != w.1
 }
 
 impl<'a> Promise<'a> {
     fn new(scan: &ScanConverter<N>, polygon: &'a [Vertex<N>]) -> Self {
-        let [near, far] = scan.viewport.depth();
+        let [near, far] = scan.settings.viewport.depth();
         let w = extent(polygon.iter().map(|v| v.position.w));
         let params = std::array::from_fn(|i| ParamRange::new(scan, polygon, i));
         Self { polygon, w, depth: (near.min(far), near.max(far)), params }
@@ -130,8 +130,8 @@ impl<'a> Promise<'a> {
 
 /// The least and the greatest w of what the near, the far and the user's planes leave.
 fn visible_w(scan: &ScanConverter<N>, polygon: &[Vertex<N>]) -> (f32, f32) {
-    let mut planes: Vec<ClipPlane> = scan.clip_space.frustum()[..2].to_vec();
-    planes.extend(&scan.planes);
+    let mut planes: Vec<ClipPlane> = scan.settings.clip_space.frustum()[..2].to_vec();
+    planes.extend(&scan.settings.planes);
     let mut clipper = Clipper::new();
     let visible = match clipper.clip(polygon, &planes) {
         Clipped::Polygon(visible) => visible,
@@ -146,10 +146,10 @@ fn extent(values: impl Iterator<Item = f32>) -> (f32, f32) {
 
 /// Whatever the six planes and the user's leave is before the eye.
 fn clip(scan: &ScanConverter<N>, polygon: &[Vertex<N>]) {
-    let mut planes = scan.clip_space.frustum().to_vec();
-    planes.extend(&scan.planes);
+    let mut planes = scan.settings.clip_space.frustum().to_vec();
+    planes.extend(&scan.settings.planes);
     let mut clipper = Clipper::new();
-    match clipper.clip_with(polygon, &planes, &scan.interpolation) {
+    match clipper.clip_with(polygon, &planes, &scan.settings.interpolation) {
         Clipped::Outside => {}
         Clipped::Inside => assert!(polygon.iter().all(|v| v.position.w > 0.0)),
         Clipped::Polygon(clipped) => {
@@ -166,9 +166,9 @@ fn inside(rect: Rect, span: &Span<'_, N>) -> bool {
     let within = |pixel: i32, start: i32, size: u32| {
         pixel >= start && i64::from(pixel) < i64::from(start) + i64::from(size)
     };
-    within(span.x().start, rect.x, rect.width)
-        && within(span.x().end - 1, rect.x, rect.width)
-        && within(span.y(), rect.y, rect.height)
+    within(span.columns().start, rect.x, rect.width)
+        && within(span.columns().end - 1, rect.x, rect.width)
+        && within(span.row(), rect.y, rect.height)
 }
 
 fuzz_target!(|data: &[u8]| {
@@ -178,21 +178,21 @@ fuzz_target!(|data: &[u8]| {
     let mut scan = bytes.scan_converter(viewport);
     if size[1] > ROWS {
         // A part of a large viewport, so that the time stays bounded.
-        let mut rect = scan.scissor.unwrap_or_else(|| bytes.scissor(&viewport));
+        let mut rect = scan.settings.scissor.unwrap_or_else(|| bytes.scissor(&viewport));
         rect.height = rect.height.min(ROWS);
-        scan.scissor = Some(rect);
+        scan.settings.scissor = Some(rect);
     }
     // The second polygon meets a scan converter that has been used.
     for _ in 0..2 {
         let polygon = bytes.polygon(&viewport);
         clip(&scan, &polygon);
         let promise = Promise::new(&scan, &polygon);
-        let scissor = scan.scissor.unwrap_or(viewport.rect());
+        let scissor = scan.settings.scissor.unwrap_or(viewport.rect());
         let mut before = (i32::MIN, i32::MIN);
         let mut fragments = FRAGMENTS;
         // With enough vertices, one contour or two, by the last bytes.
         let kind = usize::from(bytes.byte());
-        scan.fill_rule = if kind & 1 == 0 { FillRule::NonZero } else { FillRule::EvenOdd };
+        scan.settings.fill_rule = if kind & 1 == 0 { FillRule::NonZero } else { FillRule::EvenOdd };
         let cut = if kind & 2 == 0 || polygon.len() < 6 {
             0
         } else {
@@ -200,13 +200,13 @@ fuzz_target!(|data: &[u8]| {
         };
         let (hole, outer) = polygon.split_at(cut);
         for span in scan.spans(&[hole, outer]).take(SPANS) {
-            assert!(!span.x().is_empty());
+            assert!(!span.columns().is_empty());
             assert!(inside(viewport.rect(), &span) && inside(scissor, &span), "{span:?}");
-            assert!((span.y(), span.x().start) >= before, "{span:?} after {before:?}");
-            before = (span.y(), span.x().end);
-            let mut columns = span.x();
+            assert!((span.row(), span.columns().start) >= before, "{span:?} after {before:?}");
+            before = (span.row(), span.columns().end);
+            let mut columns = span.columns();
             for fragment in span.fragments().take(fragments.min(40)) {
-                assert_eq!((Some(fragment.x), fragment.y), (columns.next(), span.y()));
+                assert_eq!((Some(fragment.x), fragment.y), (columns.next(), span.row()));
                 promise.check(&fragment);
                 fragments -= 1;
             }

@@ -172,15 +172,15 @@ impl Bytes<'_> {
     /// A scan converter with any settings; at most eight planes of the user's.
     pub fn scan_converter(&mut self, viewport: Viewport) -> ScanConverter<N> {
         let mut scan = ScanConverter::new(viewport);
-        scan.scissor = self.once(80).then(|| self.scissor(&viewport));
-        scan.clip_space = self.one_of([ClipSpace::ZeroToOne, ClipSpace::MinusOneToOne]);
-        scan.cull = self.one_of([Cull::None, Cull::None, Cull::Clockwise, Cull::CounterClockwise]);
-        scan.interpolation = std::array::from_fn(|_| {
+        scan.settings.scissor = self.once(80).then(|| self.scissor(&viewport));
+        scan.settings.clip_space = self.one_of([ClipSpace::ZeroToOne, ClipSpace::MinusOneToOne]);
+        scan.settings.cull = self.one_of([Cull::None, Cull::None, Cull::Back, Cull::Front]);
+        scan.settings.interpolation = std::array::from_fn(|_| {
             use Interpolation::{Flat, Linear, Perspective};
             self.one_of([Perspective, Perspective, Linear, Flat])
         });
         let planes = if self.once(40) { self.below(9) } else { 0 };
-        scan.planes = (0..planes)
+        scan.settings.planes = (0..planes)
             .map(|_| ClipPlane::new(Vec4::from_array(std::array::from_fn(|_| self.number()))))
             .collect();
         scan

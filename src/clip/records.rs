@@ -51,12 +51,7 @@ impl Records {
 
     /// Adds a vertex that was given. A flat parameter has the value of the first vertex.
     #[inline(always)]
-    pub(crate) fn push(
-        &mut self,
-        position: Vec4,
-        params: &[f32],
-        interpolation: &[Interpolation],
-    ) {
+    pub(crate) fn push(&mut self, position: Vec4, params: &[f32], interpolation: &[Interpolation]) {
         self.positions.push(position.as_dvec4());
         let is_first = self.params.len() < self.width || self.params.is_empty();
         for (i, (param, interpolation)) in params.iter().zip(interpolation).enumerate() {

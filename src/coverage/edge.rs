@@ -32,7 +32,12 @@ impl Edge {
     /// The edge from `a` to `b` within the given rows; `None` if it crosses no row there, as
     /// horizontal edges do not.
     #[inline]
-    pub(crate) fn new(a: SubpixelPoint, b: SubpixelPoint, index: u32, rows: &Range<i32>) -> Option<Self> {
+    pub(crate) fn new(
+        a: SubpixelPoint,
+        b: SubpixelPoint,
+        index: u32,
+        rows: &Range<i32>,
+    ) -> Option<Self> {
         let (upper, lower, winding) = if a.y <= b.y { (a, b, 1) } else { (b, a, -1) };
         let first = first_centre(upper.y).max(rows.start);
         let end = first_centre(lower.y).min(rows.end);

@@ -146,11 +146,7 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
 
     /// The depths, of one row's line.
     #[inline(always)]
-    pub(crate) fn depth_along<L: Lines<Rows = R>>(
-        &self,
-        z: &L,
-        z_range: (f32, f32),
-    ) -> f32x16<S> {
+    pub(crate) fn depth_along<L: Lines<Rows = R>>(&self, z: &L, z_range: (f32, f32)) -> f32x16<S> {
         clamped(self.along(z), z_range)
     }
 
@@ -162,7 +158,11 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
 
     /// 1/w as depth: what grows towards the eye.
     #[inline(always)]
-    pub(crate) fn depth_by_inv_w(&self, surface: &SurfaceView<'_>, values: &RowValues) -> f32x16<S> {
+    pub(crate) fn depth_by_inv_w(
+        &self,
+        surface: &SurfaceView<'_>,
+        values: &RowValues,
+    ) -> f32x16<S> {
         match surface.base.w {
             WRange::Constant { inv_w, .. } => f32x16::splat(self.simd(), inv_w),
             WRange::Varying { inv_w, .. } => {

@@ -25,7 +25,8 @@ impl<C: Copy> Framebuffer<C> {
     /// memory for the pixels.
     pub fn new(width: u32, height: u32, color: C) -> Result<Self, SizeError> {
         SizeError::check(width, height)?;
-        let reason = "there is not enough memory for it; draw in tiles with `Viewport::with_corner`";
+        let reason =
+            "there is not enough memory for it; draw in tiles with `Viewport::with_corner`";
         let error = SizeError::new(width, height, reason);
         let len = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| error)?;
         Ok(Self {

@@ -66,21 +66,11 @@ impl<const N: usize> Default for GeometryMemory<N> {
 /// What can be handed over to a renderer.
 pub(crate) trait Submit<const N: usize> {
     /// Calls `draw` for all faces, at most `most` at a time.
-    fn submit(
-        self,
-        memory: &mut GeometryMemory<N>,
-        most: usize,
-        draw: &mut dyn FnMut(&Batch<'_>),
-    );
+    fn submit(self, memory: &mut GeometryMemory<N>, most: usize, draw: &mut dyn FnMut(&Batch<'_>));
 }
 
 impl<const N: usize, O: Outline<N> + ?Sized> Submit<N> for &O {
-    fn submit(
-        self,
-        memory: &mut GeometryMemory<N>,
-        _: usize,
-        draw: &mut dyn FnMut(&Batch<'_>),
-    ) {
+    fn submit(self, memory: &mut GeometryMemory<N>, _: usize, draw: &mut dyn FnMut(&Batch<'_>)) {
         let GeometryMemory { vertices, faces } = memory;
         vertices.clear();
         vertices.extend(self.contours().flatten());
@@ -179,12 +169,7 @@ impl<'a, const N: usize> Mesh<'a, &'a [[u32; 3]], N> {
 }
 
 impl<const N: usize, F: IntoIterator<Item: AsRef<[u32]>>> Submit<N> for Mesh<'_, F, N> {
-    fn submit(
-        self,
-        memory: &mut GeometryMemory<N>,
-        most: usize,
-        draw: &mut dyn FnMut(&Batch<'_>),
-    ) {
+    fn submit(self, memory: &mut GeometryMemory<N>, most: usize, draw: &mut dyn FnMut(&Batch<'_>)) {
         let (order, most) = match self.order {
             MeshOrder::AsGiven => (Order::AsGiven, most),
             MeshOrder::BackToFront => (Order::BackToFront, usize::MAX),
@@ -221,19 +206,15 @@ impl<const N: usize> BspTree<N> {
 }
 
 impl<const N: usize> Submit<N> for PosedTree<'_, N> {
-    fn submit(
-        self,
-        memory: &mut GeometryMemory<N>,
-        _: usize,
-        draw: &mut dyn FnMut(&Batch<'_>),
-    ) {
+    fn submit(self, memory: &mut GeometryMemory<N>, _: usize, draw: &mut dyn FnMut(&Batch<'_>)) {
         let (tree, matrix) = (self.tree, self.clip_from_object);
         let GeometryMemory { vertices, .. } = memory;
         vertices.clear();
-        vertices.extend(tree.vertices().iter().map(|vertex| Vertex {
-            position: matrix * vertex.position,
-            params: vertex.params,
-        }));
+        vertices.extend(
+            tree.vertices()
+                .iter()
+                .map(|vertex| Vertex { position: matrix * vertex.position, params: vertex.params }),
+        );
         let planes = matrix.as_dmat4().try_inverse().map(|inverse| inverse.transpose());
         let vertices = vertices.as_slice();
         draw(&Batch {

@@ -281,9 +281,8 @@ impl BandDrawing<'_, '_> {
     fn draw_piece<S: Simd>(&mut self, simd: S, piece: Piece, rows: &Range<i32>) {
         let Self { call, plan, batch: (vertices, faces), tree, .. } = *self;
         let Worker { primitive, outline, cuts, raster } = &mut *self.worker;
-        let contours = faces
-            .contours(piece.face as usize)
-            .map(|c| c.iter().filter_map(|&i| vertices.get(i)));
+        let contours =
+            faces.contours(piece.face as usize).map(|c| c.iter().filter_map(|&i| vertices.get(i)));
         if !primitive.prepare(call, faces.number(piece.face), contours, rows) {
             return;
         }

@@ -187,8 +187,15 @@ impl<const N: usize> ScanlineRenderer<N> {
         let call = settings.call(settings.viewport.rect(), planes);
         geometry.submit(geometry_memory, usize::MAX, &mut |batch| {
             faces.begin(&call, *simd_level, batch, corners);
-            let mut stream =
-                Stream { call: &call, level: *simd_level, faces, rows, vertices: batch.vertices, background, shader };
+            let mut stream = Stream {
+                call: &call,
+                level: *simd_level,
+                faces,
+                rows,
+                vertices: batch.vertices,
+                background,
+                shader,
+            };
             result = stream.run(&mut sink);
         });
         result

@@ -67,11 +67,7 @@ impl<'a, C> Target<'a, C> {
     /// # Errors
     /// When there are not as many depths as colours, when they do not fill whole rows, or when a side
     /// is longer than [`MAX_SIZE`].
-    pub fn new(
-        width: u32,
-        color: &'a mut [C],
-        depth: &'a mut [f32],
-    ) -> Result<Self, TargetError> {
+    pub fn new(width: u32, color: &'a mut [C], depth: &'a mut [f32]) -> Result<Self, TargetError> {
         let pixels = color.len();
         if pixels != depth.len() {
             return Err(TargetError::Lengths { colors: pixels, depths: depth.len() });

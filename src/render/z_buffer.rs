@@ -165,8 +165,7 @@ impl Memory {
             return;
         }
         let Self { primitive, raster, .. } = self;
-        let contours =
-            faces.contours(0).map(|c| c.iter().filter_map(|&i| vertices.get(i)));
+        let contours = faces.contours(0).map(|c| c.iter().filter_map(|&i| vertices.get(i)));
         if !primitive.prepare(call, faces.number(0), contours, &call.window.rows) {
             return;
         }

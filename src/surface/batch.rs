@@ -91,17 +91,10 @@ impl TriangleBatch {
         gathered: &GatheredTriangles,
         rows: &Range<i32>,
     ) {
-        let points = [
-            gathered.points(simd, 0),
-            gathered.points(simd, 1),
-            gathered.points(simd, 2),
-        ];
+        let points = [gathered.points(simd, 0), gathered.points(simd, 1), gathered.points(simd, 2)];
         let (edges, traits) = TriangleEdges::new(points, rows);
-        let positions = [
-            gathered.position(simd, 0),
-            gathered.position(simd, 1),
-            gathered.position(simd, 2),
-        ];
+        let positions =
+            [gathered.position(simd, 0), gathered.position(simd, 1), gathered.position(simd, 2)];
         self.params.resize(call.params(), ScreenPlane::default());
         let planes = &mut self.params[..call.params()];
         let (surfaces, is_plain) = TriangleSurface::new(
@@ -167,7 +160,11 @@ impl TriangleSurface<f64> {
 /// Numbers with the precision of the set-up. A plain loop, which is inlined whole; `array::map` need
 /// not be.
 #[inline(always)]
-fn wide<S: Simd, T, U: Into<f64>>(simd: S, lanes: &PerTriangle<T>, f: impl Fn(&T) -> U) -> f64x8<S> {
+fn wide<S: Simd, T, U: Into<f64>>(
+    simd: S,
+    lanes: &PerTriangle<T>,
+    f: impl Fn(&T) -> U,
+) -> f64x8<S> {
     let mut wide = [0.0; BATCH];
     for (wide, value) in wide.iter_mut().zip(lanes) {
         *wide = f(value).into();

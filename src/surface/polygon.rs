@@ -3,6 +3,7 @@
 use glam::DVec4;
 
 use crate::project::ScreenPoint;
+use crate::scalar::PerTriangle;
 use crate::scalar::{BATCH, Scalar};
 use crate::settings::DrawCall;
 use crate::surface::base::{Divide, SurfaceBase, WRange};
@@ -10,7 +11,6 @@ use crate::surface::mixed::{Component, Mixed, ScreenVertices, extent};
 use crate::surface::plane::{PlaneBasis, ScreenPlane};
 use crate::surface::rows::SurfaceView;
 use crate::surface::triangle::{TriangleSurface, fits_f32, is_divided, is_steep, project};
-use crate::scalar::PerTriangle;
 
 /// How far the values at the vertices may lie from a plane for this plane to stand for them, as a
 /// part of the largest value. Vertices rounded to f32 miss it by a few units of 2^-24; from here
@@ -180,8 +180,7 @@ impl PolygonSurface {
         let Self { base, params, mixed, .. } = self;
         // Written so that NaN is a misfit, too.
         let fits = |off: f64, tolerance: f64| off <= tolerance;
-        let from_origin =
-            |p: &ScreenPoint| (p.x - base.origin[0], p.y - base.origin[1]);
+        let from_origin = |p: &ScreenPoint| (p.x - base.origin[0], p.y - base.origin[1]);
         for point in &mixed.vertices.points {
             let (x, y) = from_origin(point);
             let off = |plane: &ScreenPlane, value: f64| (plane.at(x, y) - value).abs();

@@ -25,11 +25,11 @@
 
 use std::ops::Range;
 
-use crate::coverage::run::{ROWS, RunGroup};
 use crate::coverage::Run;
+use crate::coverage::run::{ROWS, RunGroup};
+use crate::scalar::PerTriangle;
 use crate::surface::base::{Divide, SurfaceBase};
 use crate::surface::mixed::{AcrossRun, Component, Mixed};
-use crate::scalar::PerTriangle;
 use crate::surface::plane::ScreenPlane;
 
 /// How the parameters of a polygon run over the screen.

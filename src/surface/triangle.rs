@@ -46,11 +46,8 @@ impl<T: Copy> TriangleSurface<T> {
         let w = T::range([a[3], b[3], c[3]]);
         let w_unit = w[0].power_of_two_below();
         let varies = w[0].is_less(w[1]);
-        let [a, b, c] = [
-            project(call, a, w_unit),
-            project(call, b, w_unit),
-            project(call, c, w_unit),
-        ];
+        let [a, b, c] =
+            [project(call, a, w_unit), project(call, b, w_unit), project(call, c, w_unit)];
         let inv_w_range = T::range([a.inv_w, b.inv_w, c.inv_w]);
         let z_range = T::range([a.z, b.z, c.z]);
         let basis = PlaneBasis::new([[a.x, a.y], [b.x, b.y], [c.x, c.y]]);

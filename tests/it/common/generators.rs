@@ -1,0 +1,56 @@
+//! Polygons and meshes to test with, from a seeded generator: a seed names the same shapes in every
+//! run. (Between platforms the last bits of a place may differ, as their sines and logarithms do.)
+//!
+//! Vertices are given in clip space. Where a shape is meant for a place on the screen, its places
+//! are pixels of a window, y down, as in the oracle. Unless said otherwise w is at least about 1
+//! and z = w/2 - 1/4, so that nothing is cut by the near or the far plane of either depth
+//! convention.
+
+mod rng;
+mod places;
+mod planar;
+mod difficult;
+mod outlines;
+mod meshes;
+
+use super::oracle::Position;
+
+pub(crate) use difficult::{far_outside, integer_triangle, on_pixel_centres, sliver, surrounding};
+pub(crate) use meshes::{cut_grid, fan, floor, jittered_grid, split_quad, whole_grid};
+pub(crate) use outlines::{Contours, any_contours, comb, crossed_star, star, tangle, tilted};
+pub(crate) use places::at_pixel;
+pub(crate) use planar::{edge_on, random_convex, random_triangle, through_eye};
+pub(crate) use rng::Rng;
+
+/// A polygon with N parameters at each vertex.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape<const N: usize> {
+    pub(crate) positions: Vec<Position>,
+    pub(crate) parameters: Vec<[f32; N]>,
+}
+
+/// Faces that share vertices.
+#[derive(Clone, Debug)]
+pub(crate) struct Mesh {
+    pub(crate) positions: Vec<Position>,
+    /// For each face its vertices, in either direction, beginning anywhere.
+    pub(crate) faces: Vec<Vec<usize>>,
+}
+
+impl Mesh {
+    /// The faces as polygons.
+    pub(crate) fn polygons(&self) -> Vec<Vec<Position>> {
+        self.faces.iter().map(|face| face.iter().map(|&i| self.positions[i]).collect()).collect()
+    }
+}
+
+/// What the cells of a grid become.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cells {
+    /// Two triangles, along either diagonal.
+    Triangles,
+    /// One quad.
+    Quads,
+    /// Now one, now the other.
+    Mixed,
+}

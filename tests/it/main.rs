@@ -1,0 +1,34 @@
+//! The tests of the library through its public interface: one crate with a module for each subject,
+//! so that what the tests share is compiled once.
+//!
+//! `cargo test --test it coverage::` runs the tests of one module.
+
+mod common;
+
+mod oracle;
+
+mod coverage;
+mod contours;
+mod meshes;
+mod same_everywhere;
+mod clipping;
+mod parameters;
+mod any_input;
+mod regressions;
+mod hashes;
+mod mesa;
+#[cfg(feature = "image")]
+mod golden;
+
+mod z_buffer;
+mod many_faces;
+mod scanline;
+mod painter;
+mod three_renderers;
+
+mod texture;
+
+mod house;
+mod api;
+#[cfg(feature = "obj")]
+mod obj;
