@@ -12,7 +12,7 @@ use crate::common::crossing::{
     random_scene, random_view, scan, solids,
 };
 use crate::common::generators::Rng;
-use crate::common::{LONG_SEED, in_threads};
+use crate::common::{LONG_SEED, in_threads, tally};
 use fearless_simd::Level;
 use glam::camera::rh::proj::directx;
 use glam::camera::rh::view::look_at_mat4;
@@ -71,35 +71,20 @@ fn whole(scan: &mut ScanConverter<2>, scene: &Scene, vertices: &[Vertex<2>]) -> 
     stacks
 }
 
-/// What was compared.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    scenes: u64,
-    pieces: u64,
-    faces: u64,
-    /// Covered pixels.
-    pixels: u64,
-    /// Fragments.
-    layers: u64,
-    /// Pixels that show another face than the z-buffer does, where the two cross.
-    differing: u64,
-    /// Pairs of fragments of which the nearer was drawn first, where the two cross.
-    pairs: u64,
-}
-
-impl Add for Tally {
-    type Output = Self;
-
-    fn add(self, o: Self) -> Self {
-        Self {
-            scenes: self.scenes + o.scenes,
-            pieces: self.pieces + o.pieces,
-            faces: self.faces + o.faces,
-            pixels: self.pixels + o.pixels,
-            layers: self.layers + o.layers,
-            differing: self.differing + o.differing,
-            pairs: self.pairs + o.pairs,
-        }
+tally! {
+    /// What was compared.
+    struct Tally {
+        scenes: u64,
+        pieces: u64,
+        faces: u64,
+        /// Covered pixels.
+        pixels: u64,
+        /// Fragments.
+        layers: u64,
+        /// Pixels that show another face than the z-buffer does, where the two cross.
+        differing: u64,
+        /// Pairs of fragments of which the nearer was drawn first, where the two cross.
+        pairs: u64,
     }
 }
 
@@ -202,10 +187,14 @@ fn long_painter() {
 
 // -------------------------------------------------------------------------------- order and blending
 
+/// A face's number as its colour.
+fn seen(fragment: &Fragment<'_, 0>) -> Option<Option<u32>> {
+    Some(Some(fragment.face))
+}
+
 /// A picture of face numbers by each of the renderers: z-buffer, painter by tree, painter by depth.
 fn faces_seen(vertices: &[Vertex<0>], faces: &[Vec<u32>]) -> [Vec<Option<u32>>; 3] {
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, None).expect("a small frame");
-    let seen = |f: &Fragment<'_, 0>| Some(Some(f.face));
     ZBuffer::new(frame.viewport()).draw_mesh(&mut frame, vertices, faces, seen);
     let by_z = frame.color().to_vec();
     let mut painter = Painter::new(frame.viewport());
@@ -275,7 +264,7 @@ fn a_matrix_without_an_inverse_is_drawn_by_depth() {
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, None).expect("a small frame");
     let flat = Mat4::from_scale(vec3(1.0, 1.0, 0.0));
     let mut painter = Painter::new(frame.viewport());
-    painter.draw(&mut frame, &tree, flat, |f| Some(Some(f.face)));
+    painter.draw(&mut frame, &tree, flat, seen);
     // All depths are equal, so the first is seen, as by the z-buffer.
     let flat: Vec<_> =
         vertices.iter().map(|v| Vertex { position: flat * v.position, ..*v }).collect();
@@ -419,7 +408,7 @@ fn the_viewports_depth_may_be_reversed_too() {
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, None).expect("a small frame");
     let mut painter = Painter::new(frame.viewport().with_depth(1.0, 0.0));
     painter.reversed_depth = true;
-    painter.draw_mesh(&mut frame, &vertices, &faces, |f| Some(Some(f.face)));
+    painter.draw_mesh(&mut frame, &vertices, &faces, seen);
     assert_eq!(frame.color(), expected);
 }
 
@@ -557,7 +546,7 @@ fn thousands_of_coincident_faces_are_one_node() {
     let tree = BspTree::new(&vertices, &faces);
     assert_eq!((tree.faces(), tree.pieces(), tree.is_exact()), (20_000, 20_000, true));
     let mut frame = Framebuffer::new(1, 1, None).expect("a small frame");
-    Painter::new(frame.viewport()).draw(&mut frame, &tree, Mat4::IDENTITY, |f| Some(Some(f.face)));
+    Painter::new(frame.viewport()).draw(&mut frame, &tree, Mat4::IDENTITY, seen);
     assert_eq!(frame.color(), [Some(0)]);
 }
 

@@ -5,13 +5,12 @@
 //! version and prints its figures.
 
 use std::collections::HashSet;
-use std::ops::Add;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::common::generators::{self, Cells, Mesh, Rng, Shape};
 use crate::common::oracle::{Position, Window};
-use crate::common::{LONG_SEED, bare, in_threads, vertices};
+use crate::common::{LONG_SEED, bare, in_threads, tally, vertices, viewport};
 use glam::{Vec4, vec4};
 use polyscan::render::{Over, Paint};
 use polyscan::{
@@ -30,7 +29,7 @@ struct Scene<const N: usize> {
 
 impl<const N: usize> Scene<N> {
     fn new(window: Window) -> Self {
-        let scan = ScanConverter::new(crate::common::viewport(window));
+        let scan = ScanConverter::new(viewport(window));
         Self { vertices: Vec::new(), faces: Vec::new(), scan, reversed: false }
     }
 
@@ -80,25 +79,13 @@ fn bits<const N: usize>(f: &Fragment<'_, N>) -> Bits<N> {
     (f.face + 1, f.depth.to_bits(), f.w.to_bits(), f.params.map(f32::to_bits))
 }
 
-/// What was compared.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    scenes: u64,
-    faces: u64,
-    pixels: u64,
-    covered: u64,
-}
-
-impl Add for Tally {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            scenes: self.scenes + other.scenes,
-            faces: self.faces + other.faces,
-            pixels: self.pixels + other.pixels,
-            covered: self.covered + other.covered,
-        }
+tally! {
+    /// What was compared.
+    struct Tally {
+        scenes: u64,
+        faces: u64,
+        pixels: u64,
+        covered: u64,
     }
 }
 

@@ -15,7 +15,7 @@ use crate::common::crossing::{
 };
 use crate::common::generators::{self, Rng};
 use crate::common::oracle::{self, Position, Window};
-use crate::common::{LONG_SEED, in_threads};
+use crate::common::{LONG_SEED, in_threads, tally};
 use glam::{Quat, Vec2, Vec3, Vec4};
 use polyscan::{BspTree, ClipSpace, Framebuffer, Painter, Scanline, Vertex};
 
@@ -66,39 +66,25 @@ fn concave_scene(rng: &mut Rng) -> Scene {
 
 // -------------------------------------------------------------------------------------- comparison
 
-/// What was compared.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    scenes: u64,
-    faces: u64,
-    /// Faces and parts of faces that the painter drew.
-    pieces: u64,
-    /// Covered pixels.
-    pixels: u64,
-    /// Pixels where the painter shows another face than the others do, since the two cross there.
-    crossing: u64,
-    /// The same, since one of the two has an edge at the pixel's centre.
-    at_edge: u64,
+tally! {
+    /// What was compared.
+    struct Tally {
+        scenes: u64,
+        faces: u64,
+        /// Faces and parts of faces that the painter drew.
+        pieces: u64,
+        /// Covered pixels.
+        pixels: u64,
+        /// Pixels where the painter shows another face than the others do, since the two cross there.
+        crossing: u64,
+        /// The same, since one of the two has an edge at the pixel's centre.
+        at_edge: u64,
+    }
 }
 
 impl Tally {
     fn differing(&self) -> u64 {
         self.crossing + self.at_edge
-    }
-}
-
-impl Add for Tally {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            scenes: self.scenes + other.scenes,
-            faces: self.faces + other.faces,
-            pieces: self.pieces + other.pieces,
-            pixels: self.pixels + other.pixels,
-            crossing: self.crossing + other.crossing,
-            at_edge: self.at_edge + other.at_edge,
-        }
     }
 }
 

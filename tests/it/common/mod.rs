@@ -67,28 +67,41 @@ pub(crate) fn picture(polygons: &[Vec<Vertex<0>>], window: Window) -> Vec<String
 /// The first seed of the long tests: none that the short ones use.
 pub(crate) const LONG_SEED: u64 = 1_000_000;
 
-/// What a test of coverage saw.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Tally {
-    pub(crate) polygons: u64,
-    /// Covered pixels.
-    pub(crate) pixels: u64,
-    /// Pixels that should have been covered and were not.
-    pub(crate) gaps: u64,
-    /// Pixels covered twice, or once too often.
-    pub(crate) doubles: u64,
-}
-
-impl Add for Tally {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            polygons: self.polygons + other.polygons,
-            pixels: self.pixels + other.pixels,
-            gaps: self.gaps + other.gaps,
-            doubles: self.doubles + other.doubles,
+/// A structure of numbers that a test counts, which add up.
+macro_rules! tally {
+    (
+        $(#[$about:meta])*
+        $vis:vis struct $name:ident {
+            $($(#[$about_field:meta])* $field_vis:vis $field:ident: u64,)*
         }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, Default)]
+        $vis struct $name {
+            $($(#[$about_field])* $field_vis $field: u64,)*
+        }
+
+        impl std::ops::Add for $name {
+            type Output = Self;
+
+            fn add(self, other: Self) -> Self {
+                Self { $($field: self.$field + other.$field,)* }
+            }
+        }
+    };
+}
+pub(crate) use tally;
+
+tally! {
+    /// What a test of coverage saw.
+    pub(crate) struct Tally {
+        pub(crate) polygons: u64,
+        /// Covered pixels.
+        pub(crate) pixels: u64,
+        /// Pixels that should have been covered and were not.
+        pub(crate) gaps: u64,
+        /// Pixels covered twice, or once too often.
+        pub(crate) doubles: u64,
     }
 }
 
