@@ -117,6 +117,7 @@ fn vertices_on_a_plane_are_kept_and_not_doubled() {
 #[test]
 fn w_stays_positive() {
     let planes = ClipSpace::MinusOneToOne.frustum();
+    let mut checked = 0;
     for seed in 0..2000 {
         let rng = &mut Rng::new(seed);
         let polygon = if seed % 2 == 0 {
@@ -131,9 +132,11 @@ fn w_stays_positive() {
             if let Clipped::Polygon(cut) = clipper.clip(&polygon, planes) {
                 assert!(cut.len() >= 3 && cut.len() <= polygon.len() + planes.len() + 1);
                 assert!(cut.iter().all(|v| f64::from(v.position.w) >= W_MIN), "{cut:?}");
+                checked += 1;
             }
         }
     }
+    assert!(checked > 2000, "only {checked} polygons were left to check");
     // An edge through the eye itself.
     let eye = labelled(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, -1.0], [1.0, 0.0, 0.0, 1.0]]);
     let cut = clip(&eye, &[]).expect("a part is in front");
@@ -183,6 +186,7 @@ fn new_vertices_on_a_shared_edge_are_the_same_to_the_bit() {
 
 #[test]
 fn all_parameters_are_interpolated_in_homogeneous_space() {
+    let mut made = 0;
     for seed in 0..500 {
         let rng = &mut Rng::new(seed);
         let positions: Vec<[f32; 4]> =
@@ -191,9 +195,11 @@ fn all_parameters_are_interpolated_in_homogeneous_space() {
             for vertex in cut {
                 let off = Vec4::from(vertex.params) - vertex.position;
                 assert!(off.abs().max_element() < 1e-6, "seed {seed}: {vertex:?}");
+                made += usize::from(!positions.contains(&vertex.position.to_array()));
             }
         }
     }
+    assert!(made > 500, "only {made} vertices were made by clipping");
 }
 
 #[test]

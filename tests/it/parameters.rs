@@ -219,6 +219,7 @@ fn a_block_with_a_steep_fall_of_1_over_w_is_as_exact() {
 
 #[test]
 fn spans_stepped_in_f64_agree_with_equation_1() {
+    let mut compared = 0;
     for seed in 0..100 {
         let rng = &mut Rng::new(seed);
         let polygon = vertices(&generators::random_triangle::<3>(rng, 50.0, 2.0));
@@ -237,42 +238,11 @@ fn spans_stepped_in_f64_agree_with_equation_1() {
                 }
                 at.inv_w += delta.inv_w;
                 (0..3).for_each(|i| at.s[i] += delta.s[i]);
+                compared += 1;
             }
         }
     }
-}
-
-#[test]
-fn derivatives_are_those_of_the_plane() {
-    let mut compared = 0;
-    for seed in 0..100 {
-        let rng = &mut Rng::new(seed);
-        let shape = match seed % 3 {
-            0 => generators::random_triangle::<2>(rng, 30.0, 1.5),
-            1 => generators::random_convex(rng, 7, 30.0),
-            _ => generators::through_eye(rng, 5),
-        };
-        let polygon = vertices(&shape);
-        let largest = largest(&polygon);
-        let triple = oracle::best_triple(&shape.positions).expect("not on a line");
-        for span in ScanConverter::new(viewport(WINDOW)).spans(&polygon) {
-            for fragment in span.fragments() {
-                let point = [f64::from(fragment.x) + 0.5, f64::from(fragment.y) + 0.5];
-                let sample =
-                    oracle::sample(&shape.positions, &shape.parameters, triple, WINDOW, point);
-                let Some(exact) = sample.filter(oracle::Sample::is_inside) else { continue };
-                let (dx, dy) = fragment.derivatives();
-                for i in 0..2 {
-                    let scale = largest[i] + exact.dx[i].abs() + exact.dy[i].abs();
-                    let error = (f64::from(dx[i]) - exact.dx[i]).abs()
-                        + (f64::from(dy[i]) - exact.dy[i]).abs();
-                    assert!(error <= PROMISED * scale, "seed {seed}: off by {error:e}");
-                    compared += 1;
-                }
-            }
-        }
-    }
-    assert!(compared > 10_000, "only {compared} derivatives were compared");
+    assert!(compared > 50_000, "only {compared} pixels were compared");
 }
 
 /// The parameters at each pixel that a polygon covers.
@@ -354,7 +324,9 @@ fn quad() -> [Vertex<3>; 4] {
 fn each_parameter_has_its_own_interpolation() {
     use Interpolation::{Flat, Linear, Perspective};
     let window_height = f64::from(WINDOW.height);
-    for ((_, y), [perspective, linear, flat]) in drawn(&quad(), [Perspective, Linear, Flat]) {
+    let drawn = drawn(&quad(), [Perspective, Linear, Flat]);
+    assert!(drawn.len() > 3000, "only {} pixels were drawn", drawn.len());
+    for ((_, y), [perspective, linear, flat]) in drawn {
         // Down the screen the quad runs from y = 0.7 to y = -0.8.
         let y = 1.0 - (f64::from(y) + 0.5) / window_height * 2.0;
         let t = (y + 0.8) / 1.5;
@@ -388,8 +360,10 @@ fn linear_and_flat_parameters_are_not_changed_by_clipping() {
     assert!(clipped > 100 && clipped < whole.len() - 100);
 }
 
+/// Two ways of the library against each other; the tests above hold each against exact values.
 #[test]
 fn equal_w_gives_the_coverage_and_the_parameters_of_the_general_path() {
+    let mut compared = 0;
     for seed in 0..50 {
         let rng = &mut Rng::new(seed);
         let flat = vertices(&generators::random_triangle::<2>(rng, 1.0, 1.5));
@@ -407,11 +381,14 @@ fn equal_w_gives_the_coverage_and_the_parameters_of_the_general_path() {
             assert_eq!(at, other_at);
             assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?} and {b:?}");
         }
+        compared += linear.len();
     }
+    assert!(compared > 20_000, "only {compared} pixels were compared");
 }
 
 #[test]
 fn values_that_are_not_affine_stay_between_those_of_the_vertices() {
+    let mut compared = 0;
     for seed in 0..300 {
         let rng = &mut Rng::new(seed);
         // Not flat, concave or crossed, with any colours.
@@ -437,9 +414,11 @@ fn values_that_are_not_affine_stay_between_those_of_the_vertices() {
                     assert!(*r >= low - 2e-7 && *r <= high + 2e-7, "seed {seed}: {r}");
                 }
                 assert!(f.w >= w_range.0 && f.w <= w_range.1, "seed {seed}: w {}", f.w);
+                compared += 1;
             }
         }
     }
+    assert!(compared > 200_000, "only {compared} pixels were compared");
 }
 
 #[test]

@@ -64,9 +64,10 @@ fn a_vertex_along_a_clip_plane_is_no_corner() {
     assert_eq!(covered, [(6, 0..1)]);
 }
 
-/// Two corners are one on the screen, so that rounding errors made up the slopes of the plane.
+/// Two corners are one on the screen. Rounding errors once gave it pixels, and made up the slopes of
+/// its plane.
 #[test]
-fn a_triangle_seen_exactly_edge_on_has_no_slopes_of_rounding_errors() {
+fn a_triangle_seen_exactly_edge_on_is_not_drawn() {
     let edge_on = [
         vec4(0.9, 0.25490195, 0.039215688, 1.0),
         vec4(0.9, 0.25490195, 0.37254903, 1.0),
@@ -74,11 +75,7 @@ fn a_triangle_seen_exactly_edge_on_has_no_slopes_of_rounding_errors() {
     ]
     .map(|position| Vertex::new(position, [-1.5]));
     let mut scan = ScanConverter::new(Viewport::new(100, 255).expect("small"));
-    for span in scan.spans(&edge_on) {
-        for fragment in span.fragments() {
-            assert!((fragment.params[0] / -1.5 - 1.0).abs() < 1e-6, "{fragment:?}");
-        }
-    }
+    assert_eq!(scan.spans(&edge_on).count(), 0);
 }
 
 /// A side leads through the eye, so that w begins at the smallest normal number.
@@ -92,11 +89,14 @@ fn parameters_stay_finite_at_w_ratios_over_2_to_the_126() {
     ]
     .map(|(position, param)| Vertex::new(position, [param]));
     let mut scan = ScanConverter::new(Viewport::new(65_535, 16).expect("small"));
+    let mut seen = 0;
     for span in scan.spans(&through_eye) {
         for fragment in span.fragments().take(1000) {
             assert!((-1.5..=1.9043541e15).contains(&fragment.params[0]), "{fragment:?}");
+            seen += 1;
         }
     }
+    assert!(seen > 0);
 }
 
 /// Where w ratios are over 2^47, 1/w at the far end is a sum of numbers that cancel each other.

@@ -1,6 +1,7 @@
 //! How much memory is used, by a counting allocator, which has to be that of the whole process.
 
 mod allocation;
+mod planes;
 mod streaming;
 
 use std::alloc::System;
