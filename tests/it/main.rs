@@ -21,6 +21,7 @@ mod mesa;
 mod golden;
 
 mod z_buffer;
+mod many_faces;
 mod scanline;
 mod painter;
 mod three_renderers;
