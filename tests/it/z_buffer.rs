@@ -100,9 +100,9 @@ fn the_depth_range_and_reversed_depth() {
     frame.clear(0, 0.0);
     let mut renderer = ZBuffer::new(viewport);
     renderer.depth_test = DepthTest::Greater;
-    renderer.draw(&mut frame, &square(0.75), |_| 1);
-    renderer.draw(&mut frame, &square(0.25), |_| 2);
-    renderer.draw(&mut frame, &square(0.5), |_| 3);
+    for (z, color) in [(0.75, 1), (0.25, 2), (0.5, 3)] {
+        renderer.draw(&mut frame, &square(z), |_| color);
+    }
     assert_eq!(frame.pixel(3, 1), Some((2, 0.75)));
     assert_eq!(frame.pixel(20, 1), None);
 }
