@@ -281,7 +281,7 @@ fn face_with_window([middle, right, up]: [Vec3; 3], clip_from_object: Mat4) -> [
 fn brick(x: u32, y: u32) -> Vec4 {
     let row = y / 8;
     let along = x + row % 2 * 8;
-    if y % 8 == 0 || along % 16 == 0 {
+    if y.is_multiple_of(8) || along.is_multiple_of(16) {
         return vec4(0.6, 0.57, 0.5, 1.0);
     }
     // Not two beside each other are alike.

@@ -21,8 +21,8 @@ use std::io::Cursor;
 use std::path::{Component, Path, PathBuf};
 use std::sync::LazyLock;
 
-use image::{ImageFormat, ImageReader};
 use libfuzzer_sys::fuzz_target;
+use polyscan::image::{self, ImageFormat, ImageReader};
 use polyscan::obj::{Loaded, Loader, MAX_LIBRARIES, Model, ObjError, Warning};
 use polyscan::texture::{Texture, TextureError};
 
