@@ -10,11 +10,12 @@
 //! - faces gathered by material, after all `v`, `vt` and `vn`: a face may stand above what it
 //!   refers to, and `tobj` makes one mesh per material.
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::{LineError, MAX_CORNERS, MAX_LIBRARIES, MAX_MATERIALS};
+use crate::obj::error::LineError;
+use crate::obj::limits::{MAX_CORNERS, MAX_LIBRARIES, MAX_MATERIALS};
+use crate::obj::lines::{excerpt, finite, split_word, statements, words};
 
 /// An OBJ file in plain form.
 pub(super) struct Plain {
@@ -240,59 +241,4 @@ impl Rewriter {
         }
         Ok(self.plain)
     }
-}
-
-/// Lines that say something, trimmed, each with its number from 1. A line that ends in a backslash
-/// is joined with the next, unless it is a comment: some end in the name of a folder.
-pub(super) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text.lines().map(str::trim).zip(1..);
-    let joined = std::iter::from_fn(move || {
-        let (mut part, line) = lines.next()?;
-        let mut joined = String::new();
-        while let Some(head) = part.strip_suffix('\\')
-            && !part.starts_with('#')
-        {
-            joined.extend([head, " "]);
-            part = lines.next().map_or("", |(next, _)| next);
-        }
-        if joined.is_empty() {
-            return Some((line, Cow::Borrowed(part)));
-        }
-        joined.push_str(part);
-        Some((line, Cow::Owned(joined)))
-    });
-    joined.filter(|(_, statement)| !statement.is_empty() && !statement.starts_with('#'))
-}
-
-/// The first word, and what follows it.
-pub(super) fn split_word(text: &str) -> (&str, &str) {
-    let text = text.trim();
-    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-    (word, rest.trim_start())
-}
-
-/// The words of a line of numbers, up to a comment.
-pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
-    text.split_whitespace().take_while(|word| !word.starts_with('#'))
-}
-
-/// The number that a word stands for.
-pub(super) fn finite(what: &'static str, word: &str) -> Result<f32, LineError> {
-    let number: f32 =
-        word.parse().map_err(|_| LineError::NotANumber { what, word: excerpt(word) })?;
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(LineError::NotFinite { what, word: excerpt(word) })
-    }
-}
-
-/// A word as a message can show it: at most 40 characters, none that would upset a terminal.
-fn excerpt(word: &str) -> String {
-    let mut start: String = word.chars().filter(|c| !c.is_control()).take(40).collect();
-    if start.len() < word.len() {
-        start.push_str("...");
-    }
-    start
 }

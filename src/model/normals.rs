@@ -11,7 +11,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
-use super::{Corners, range_before};
+use crate::model::corners::Corners;
+use crate::model::faces::range_before;
 
 /// Up to this many corners around a point are compared pair by pair; beyond, their faces are first
 /// gathered in cells of directions, so that a point of 100,000 faces costs no more than 384 steps a
