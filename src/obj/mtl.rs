@@ -14,7 +14,7 @@ use crate::obj::lines::{finite, split_word, statements, words};
 use crate::obj::paths::{beside, inside, is_rooted, unquoted};
 use crate::obj::warning::{Warning, Warnings};
 
-/// The plain text of all the MTL files that `mtllib` lines of the OBJ file `obj` name.
+/// The plain text of all MTL files that the OBJ file `obj` names in its `mtllib` lines.
 pub(super) fn rewrite(obj: &Path, libraries: &[String], warnings: &mut Warnings) -> String {
     let mut seen = HashSet::new();
     let names = libraries.iter().flat_map(|line| library_names(obj, line));
@@ -35,8 +35,8 @@ pub(super) fn rewrite(obj: &Path, libraries: &[String], warnings: &mut Warnings)
     rewriter.text
 }
 
-/// What an `mtllib` line names: one file with spaces in its name if there is such a file, else one
-/// file a word.
+/// The files that an `mtllib` line names: one file with spaces in its name if there is such a file,
+/// else one for each word.
 fn library_names(obj: &Path, line: &str) -> Vec<String> {
     let whole = inside(line);
     if beside(obj, &whole).is_file() {
@@ -49,7 +49,7 @@ fn library_names(obj: &Path, line: &str) -> Vec<String> {
 #[derive(Default)]
 struct Rewriter {
     text: String,
-    /// How many materials there are so far.
+    /// How many materials there are so far, in all files.
     count: usize,
     /// Whether the lines to come belong to a material.
     in_material: bool,
