@@ -14,7 +14,8 @@ use indicatif::{ProgressBar, ProgressIterator as _, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::color::{Color, decode};
 use polyscan::glam::Vec3;
-use polyscan::obj::{Loader, Model};
+use polyscan::Model;
+use polyscan::obj::Loader;
 use polyscan::{Cull, Framebuffer, Mesh, ZBufferRenderer};
 
 mod cli;

@@ -13,7 +13,8 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::color::Color;
-use polyscan::obj::{Face, Loader, Model};
+use polyscan::model::{Face, Model};
+use polyscan::obj::Loader;
 use polyscan::render::PngFile;
 use polyscan::{Fragment, Mesh, ScanlineRenderer, Viewport};
 

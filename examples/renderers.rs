@@ -21,7 +21,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::camera::{Camera, Sphere};
 use polyscan::glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
-use polyscan::obj::{Loader, Model};
+use polyscan::Model;
+use polyscan::obj::Loader;
 use polyscan::render::{Additive, Over};
 use polyscan::{
     BspTree, Fragment, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, Vertex,

@@ -4,7 +4,8 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use polyscan::glam::{Mat4, Vec2, Vec3, vec3};
-use polyscan::obj::{Loader, Material, Model};
+use polyscan::model::{Material, Model};
+use polyscan::obj::Loader;
 use polyscan::{Camera, Vertex, record};
 
 use crate::cli;

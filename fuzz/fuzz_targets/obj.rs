@@ -23,7 +23,8 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use polyscan::image::{self, ImageFormat, ImageReader};
-use polyscan::obj::{Loaded, Loader, MAX_LIBRARIES, Model, ObjError, Warning};
+use polyscan::Model;
+use polyscan::obj::{Loaded, Loader, MAX_LIBRARIES, ObjError, Warning};
 use polyscan::texture::{Texture, TextureError};
 
 /// The most texels of a picture that is tried.
