@@ -165,6 +165,8 @@
 //!   SIGGRAPH 1980; M. Newell, R. Newell and T. Sancha, "A Solution to the Hidden Surface Problem",
 //!   ACM 1972: the painter's renderer.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 mod round;
 mod simd;
 mod scalar;

@@ -162,8 +162,8 @@ pub struct Face<'a> {
 }
 
 /// The indices, so that whatever draws lists of indices takes faces as they are.
-impl AsRef<[u32]> for Face<'_> {
-    fn as_ref(&self) -> &[u32] {
+impl crate::render::FaceIndices for Face<'_> {
+    fn indices(&self) -> &[u32] {
         self.indices
     }
 }

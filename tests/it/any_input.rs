@@ -4,7 +4,7 @@ use crate::common::generators::Rng;
 use crate::common::{LONG_SEED, in_threads};
 use glam::{Vec4, vec4};
 use polyscan::{
-    ClipPlane, ClipSpace, Cull, DepthSource, DepthTest, FillRule, Framebuffer, Interpolation, Rect,
+    ClipPlane, ClipSpace, Cull, DepthMode, DepthTest, FillRule, Framebuffer, Interpolation, Rect,
     ScanConverter, Vertex, Viewport, ZBufferRenderer,
 };
 
@@ -61,7 +61,11 @@ fn viewport(rng: &mut Rng) -> Viewport {
     let side = |rng: &mut Rng| [0, 1, 2, 7, 64, 65_536][rng.below(6)];
     let (width, height) = (side(rng), if rng.once_in(20) { 65_536 } else { side(rng).min(64) });
     let viewport = Viewport::new(width, height).expect("at most 65536");
-    if rng.once_in(2) { viewport } else { viewport.at(rng.bits() as i32, rng.bits() as i32) }
+    if rng.once_in(2) {
+        viewport
+    } else {
+        viewport.with_corner(rng.bits() as i32, rng.bits() as i32)
+    }
 }
 
 fn scan<const N: usize>(rng: &mut Rng) -> ScanConverter<N> {
@@ -250,11 +254,12 @@ fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
             .expect("a small frame");
         let mut renderer = ZBufferRenderer::<2>::new(frame.viewport());
         if rng.once_in(2) {
-            renderer.scan = scan(rng);
+            renderer.settings = scan(rng).settings;
         }
         renderer.depth_test =
             [DepthTest::Nearer, DepthTest::Always, DepthTest::FartherOrEqual][rng.below(3)];
-        renderer.depth_source = [DepthSource::Z, DepthSource::InverseW][rng.below(2)];
+        renderer.settings.depth =
+            [DepthMode::Standard, DepthMode::Reversed, DepthMode::InverseW][rng.below(3)];
         for _ in 0..4 {
             let polygon = polygon(rng);
             renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));

@@ -3,7 +3,8 @@
 use crate::common::generators::{self, Rng};
 use crate::common::vertices;
 use glam::{Vec4, vec4};
-use polyscan::clip::{Clipped, Clipper, MIN_W};
+use polyscan::clip::{ClipVertex, Clipped, Clipper};
+use polyscan::view_volume::MIN_W;
 use polyscan::{ClipPlane, ClipSpace, Interpolation, Vertex};
 
 /// A polygon with its own positions as parameters, so that interpolation can be checked anywhere.
@@ -15,7 +16,7 @@ fn clip(polygon: &[Vertex<4>], planes: &[ClipPlane]) -> Option<Vec<Vertex<4>>> {
     match Clipper::new().clip(polygon, planes) {
         Clipped::Outside => None,
         Clipped::Inside => Some(polygon.to_vec()),
-        Clipped::Polygon(clipped) => Some(clipped.to_vec()),
+        Clipped::Polygon(clipped) => Some(clipped.iter().map(ClipVertex::rounded).collect()),
     }
 }
 
@@ -131,7 +132,7 @@ fn w_stays_positive() {
         for planes in [&[], &planes[..1], &planes[..]] {
             if let Clipped::Polygon(cut) = clipper.clip(&polygon, planes) {
                 assert!(cut.len() >= 3 && cut.len() <= polygon.len() + planes.len() + 1);
-                assert!(cut.iter().all(|v| f64::from(v.position.w) >= MIN_W), "{cut:?}");
+                assert!(cut.iter().all(|v| v.position.w >= MIN_W), "{cut:?}");
                 checked += 1;
             }
         }
@@ -163,12 +164,12 @@ fn new_vertices_on_a_shared_edge_are_the_same_to_the_bit() {
             let (Clipped::Polygon(one), Clipped::Polygon(other)) = (one, other) else { continue };
             // The vertices of the one that lie on the line through a and b must be vertices of the
             // other. Those are at the ends of the shared edge, if any of it is visible.
-            let bits = |v: &Vertex<3>| {
-                (v.position.to_array().map(f32::to_bits), v.params.map(f32::to_bits))
+            let bits = |v: &ClipVertex<3>| {
+                (v.position.to_array().map(f64::to_bits), v.params.map(f64::to_bits))
             };
-            let on_edge = |v: &&Vertex<3>| {
+            let on_edge = |v: &&ClipVertex<3>| {
                 let along = (b.position - a.position).as_dvec4();
-                let off = v.position.as_dvec4() - a.position.as_dvec4();
+                let off = v.position - a.position.as_dvec4();
                 (off - along * (off.dot(along) / along.length_squared())).length() < 1e-6
             };
             let mut ends =

@@ -455,7 +455,7 @@ fn the_sides_of_the_viewport_do_not_move_edges() {
         };
         assert!(whole.iter().all(|(y, _)| (71..181).contains(y)));
         let small = Window { width: part.width, height: part.height };
-        let small_viewport = viewport(small).at(part.x, part.y);
+        let small_viewport = viewport(small).with_corner(part.x, part.y);
         let on_large = rows(viewport(large), &in_window(0.0, 0.0, large));
         let on_small = rows(small_viewport, &in_window(137.0, 71.0, small));
         assert_eq!(on_large, on_small, "seed {seed}");

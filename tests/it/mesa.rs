@@ -19,7 +19,9 @@ use crate::common::generators::Shape;
 use crate::common::oracle::{self, Depth, FillRule, Position, Window};
 use crate::common::{counts, vertices, viewport};
 use polyscan::viewport::GUARD_BAND;
-use polyscan::{ClipSpace, DepthTest, Fragment, Framebuffer, Vertex, ZBufferRenderer};
+use polyscan::{
+    ClipSpace, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, ZBufferRenderer,
+};
 
 /// The scenes' depth convention is OpenGL's.
 const DEPTH: Depth = Depth::MinusOneToOne;
@@ -242,6 +244,12 @@ fn renderer<const N: usize>(scene: &Scene<N>) -> ZBufferRenderer<N> {
     renderer
 }
 
+fn scan<const N: usize>(scene: &Scene<N>) -> ScanConverter<N> {
+    let mut scan = ScanConverter::new(viewport(scene.window));
+    scan.settings = renderer(scene).settings;
+    scan
+}
+
 /// The scene as we draw it.
 fn draw<const N: usize>(scene: &Scene<N>, polygons: &[Vec<Vertex<N>>]) -> Picture<N> {
     let mut renderer = renderer(scene);
@@ -250,7 +258,7 @@ fn draw<const N: usize>(scene: &Scene<N>, polygons: &[Vec<Vertex<N>>]) -> Pictur
         let shader = |f: &Fragment<'_, N>| Pixel { polygon: Some(i), params: f.params };
         renderer.draw(&mut frame, polygon, shader);
     }
-    Picture { coverage: counts(&mut renderer.scan, polygons, scene.window), frame }
+    Picture { coverage: counts(&mut scan(scene), polygons, scene.window), frame }
 }
 
 // ---------------------------------------------------------------------------------------- coverage
@@ -499,7 +507,7 @@ fn check_values<const N: usize>(
     picture: &Picture<N>,
     bounds: Errors,
 ) -> Measured {
-    let mut scan = renderer(scene).scan;
+    let mut scan = scan(scene);
     let mut measured = Measured::default();
     for (index, shape) in scene.polygons.iter().enumerate() {
         let Some(triple) = oracle::best_triple(&shape.positions) else { continue };

@@ -20,8 +20,8 @@ use glam::{DVec4, Mat4, Quat, Vec2, Vec3, Vec4, vec3, vec4};
 use polyscan::fragment::LANES;
 use polyscan::render::{Over, Paint};
 use polyscan::{
-    BspTree, ClipPlane, Cull, Fragment, Framebuffer, Interpolation, PainterRenderer, Rect,
-    ScanConverter, Vertex, Viewport, ZBufferRenderer,
+    BspTree, ClipPlane, Cull, DepthMode, Fragment, Framebuffer, FrontFace, Interpolation,
+    PainterRenderer, Rect, ScanConverter, Settings, Vertex, Viewport, ZBufferRenderer,
 };
 
 // ------------------------------------------------------------------------------------------ layers
@@ -93,16 +93,16 @@ fn painted(
     scene: &Scene,
     tree: Option<&BspTree<2>>,
     view: &View,
-    set_up: impl Fn(&mut ScanConverter<2>),
+    set_up: impl Fn(&mut Settings<2>),
 ) -> Framebuffer<Stack> {
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, EMPTY).expect("a small frame");
     let mut painter = PainterRenderer::new(frame.viewport());
-    set_up(&mut painter.scan);
+    set_up(&mut painter.settings);
     painter.settings.clip_space = view.clip_space;
-    painter.reversed_depth = view.reversed;
+    painter.settings.depth = view.depth_mode();
     painter.depth_write = true;
     match tree {
-        Some(tree) => painter.draw(&mut frame, tree, view.matrix, layer),
+        Some(tree) => painter.draw(&mut frame, tree.seen_by(view.matrix), layer),
         None => painter.draw(
             &mut frame,
             polyscan::Mesh::new(&scene.in_clip_space(view), &scene.faces),
@@ -276,7 +276,7 @@ fn a_matrix_without_an_inverse_is_drawn_by_depth() {
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, None).expect("a small frame");
     let flat = Mat4::from_scale(vec3(1.0, 1.0, 0.0));
     let mut painter = PainterRenderer::new(frame.viewport());
-    painter.draw(&mut frame, &tree, flat, seen);
+    painter.draw(&mut frame, tree.seen_by(flat), seen);
     // All depths are equal, so the first is seen, as by the z-buffer.
     let flat: Vec<_> =
         vertices.iter().map(|v| Vertex { position: flat * v.position, ..*v }).collect();
@@ -354,11 +354,11 @@ fn transparent_polygons_through_each_other_are_blended_in_their_order() {
         let mut frame = Framebuffer::new(WIDTH, HEIGHT, Vec4::W).expect("a small frame");
         let mut painter = PainterRenderer::new(frame.viewport());
         painter.settings.clip_space = view.clip_space;
-        painter.reversed_depth = view.reversed;
-        painter.draw(&mut frame, &tree, view.matrix, |f| Over(glass(f.face)));
+        painter.settings.depth = view.depth_mode();
+        painter.draw(&mut frame, tree.seen_by(view.matrix), |f| Over(glass(f.face)));
         assert!(frame.depth().iter().all(|&depth| depth == 1.0), "no depth is stored");
         let mut blocks = Framebuffer::new(WIDTH, HEIGHT, Vec4::W).expect("a small frame");
-        painter.draw_blocks(&mut blocks, &tree, view.matrix, |block, colors| {
+        painter.draw_blocks(&mut blocks, tree.seen_by(view.matrix), |block, colors| {
             let over = glass(block.face);
             colors.iter_mut().for_each(|color| *color = over + *color * (1.0 - over.w));
         });
@@ -394,16 +394,17 @@ fn settings_are_those_of_the_scan_converter() {
         let cull = [Cull::None, Cull::Back, Cull::Front][rng.below(3)];
         let plane = ClipPlane::new(direction(rng).extend(0.3));
         let scissor = Rect { x: 10, y: 5, width: 40, height: 37 };
-        let set_up = |scan: &mut ScanConverter<2>| {
-            scan.settings.cull = cull;
-            scan.settings.planes = vec![plane];
-            scan.settings.scissor = Some(scissor);
-            scan.settings.clip_space = view.clip_space;
-            scan.settings.interpolation = [Interpolation::Flat, Interpolation::Linear];
+        let front_face = [FrontFace::CounterClockwise, FrontFace::Clockwise][rng.below(2)];
+        let set_up = |settings: &mut Settings<2>| {
+            (settings.cull, settings.front_face) = (cull, front_face);
+            settings.planes = vec![plane];
+            settings.scissor = Some(scissor);
+            settings.clip_space = view.clip_space;
+            settings.interpolation = [Interpolation::Flat, Interpolation::Linear];
         };
         let frame = painted(&scene, Some(&tree), &view, set_up);
         let mut scan = ScanConverter::new(frame.viewport());
-        set_up(&mut scan);
+        set_up(&mut scan.settings);
         let whole = whole(&mut scan, &scene, &scene.in_clip_space(&view));
         for (stack, whole) in frame.color().iter().zip(&whole) {
             assert_eq!(stack.sorted(), whole.layers());
@@ -419,7 +420,7 @@ fn the_viewports_depth_may_be_reversed_too() {
     let [expected, ..] = faces_seen(&vertices, &faces);
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, None).expect("a small frame");
     let mut painter = PainterRenderer::new(frame.viewport().with_depth(1.0, 0.0));
-    painter.reversed_depth = true;
+    painter.settings.depth = DepthMode::Reversed;
     painter.draw(&mut frame, polyscan::Mesh::new(&vertices, &faces), seen);
     assert_eq!(frame.color(), expected);
 }
@@ -435,8 +436,8 @@ fn the_picture_is_the_same_in_tiles_by_any_number_of_threads_and_at_any_level() 
             let mut frame = Framebuffer::new(size[0], size[1], [0; 4]).expect("a small frame");
             let viewport = Viewport::new(150, 100).expect("a small viewport").with_corner(-x, -y);
             let mut painter = PainterRenderer::new(viewport);
-            (painter.level, painter.depth_write) = (level, true);
-            painter.draw(&mut frame, &tree, matrix, |f| layer(f).bits);
+            (painter.simd_level, painter.depth_write) = (level, true);
+            painter.draw(&mut frame, tree.seen_by(matrix), |f| layer(f).bits);
             frame
         };
         let whole = draw(Level::new(), (0, 0), [150, 100]);
@@ -558,7 +559,7 @@ fn thousands_of_coincident_faces_are_one_node() {
     let tree = BspTree::new(&vertices, &faces);
     assert_eq!((tree.faces(), tree.pieces(), tree.is_exact()), (20_000, 20_000, true));
     let mut frame = Framebuffer::new(1, 1, None).expect("a small frame");
-    PainterRenderer::new(frame.viewport()).draw(&mut frame, &tree, Mat4::IDENTITY, seen);
+    PainterRenderer::new(frame.viewport()).draw(&mut frame, tree.seen_by(Mat4::IDENTITY), seen);
     assert_eq!(frame.color(), [Some(0)]);
 }
 
@@ -578,7 +579,7 @@ fn a_tube_of_many_sides_makes_no_deep_recursion() {
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, 0u8).expect("a small frame");
     let matrix = directx::perspective(0.8, 1.3, 0.1, 9.0)
         * look_at_mat4(vec3(0.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y);
-    PainterRenderer::new(frame.viewport()).draw(&mut frame, &tree, matrix, |_| 1);
+    PainterRenderer::new(frame.viewport()).draw(&mut frame, tree.seen_by(matrix), |_| 1);
     assert!(frame.color().contains(&1));
 }
 
@@ -596,6 +597,6 @@ fn planes_that_all_cross_each_other_do_not_fill_the_memory() {
     assert!(tree.pieces() < 500_000);
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, 0u32).expect("a small frame");
     let mut painter = PainterRenderer::new(frame.viewport());
-    painter.draw(&mut frame, &tree, random_view(rng).matrix, |_| 1);
+    painter.draw(&mut frame, tree.seen_by(random_view(rng).matrix), |_| 1);
     assert!(frame.color().contains(&1));
 }

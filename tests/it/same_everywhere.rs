@@ -64,7 +64,8 @@ fn a_tile_drawn_alone_equals_the_crop_of_the_whole() {
             for left in (0..WIDTH).step_by(tile_width as usize) {
                 let mut tile =
                     Framebuffer::new(tile_width, tile_height, [0.0; 3]).expect("a small frame");
-                let mut renderer = ZBufferRenderer::new(viewport.at(-(left as i32), -(top as i32)));
+                let mut renderer =
+                    ZBufferRenderer::new(viewport.with_corner(-(left as i32), -(top as i32)));
                 draw(&mut tile, &mut renderer);
                 for y in 0..tile_height.min(HEIGHT - top) {
                     for x in 0..tile_width.min(WIDTH - left) {

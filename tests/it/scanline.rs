@@ -12,10 +12,11 @@ use crate::common::generators::{self, Cells, Mesh, Rng, Shape};
 use crate::common::oracle::{Position, Window};
 use crate::common::{LONG_SEED, bare, in_threads, tally, vertices, viewport};
 use glam::{Vec4, vec4};
+use polyscan::fragment::LANES;
 use polyscan::render::{Over, Paint};
 use polyscan::{
-    ClipPlane, ClipSpace, Cull, DepthTest, Fragment, Framebuffer, Interpolation, Rect,
-    ScanConverter, ScanlineRenderer, Vertex, ZBufferRenderer,
+    ClipPlane, ClipSpace, Cull, DepthMode, Fragment, FragmentBlock, Framebuffer, Interpolation,
+    Rect, ScanConverter, ScanlineRenderer, Settings, Vertex, ZBufferRenderer,
 };
 
 /// Faces with N parameters, and how they are drawn.
@@ -23,20 +24,23 @@ use polyscan::{
 struct Scene<const N: usize> {
     vertices: Vec<Vertex<N>>,
     faces: Vec<Vec<u32>>,
-    scan: ScanConverter<N>,
-    reversed: bool,
+    settings: Settings<N>,
 }
 
 impl<const N: usize> Scene<N> {
     fn new(window: Window) -> Self {
-        let scan = ScanConverter::new(viewport(window));
-        Self { vertices: Vec::new(), faces: Vec::new(), scan, reversed: false }
+        let settings = Settings::new(viewport(window));
+        Self { vertices: Vec::new(), faces: Vec::new(), settings }
     }
 
     fn add(&mut self, polygon: &[Vertex<N>]) {
         let first = self.vertices.len() as u32;
         self.faces.push((first..first + polygon.len() as u32).collect());
         self.vertices.extend_from_slice(polygon);
+    }
+
+    fn mesh(&self) -> polyscan::Mesh<'_, &[Vec<u32>], N> {
+        polyscan::Mesh::new(&self.vertices, self.faces.as_slice())
     }
 
     fn polygon(&self, face: usize) -> Vec<Vertex<N>> {
@@ -54,20 +58,19 @@ impl<const N: usize> Scene<N> {
         let side = |corner: i32, size: u32| (corner + size as i32).max(0) as u32;
         let mut frame =
             Framebuffer::new(side(x, width), side(y, height), color).expect("a small frame");
-        frame.clear(color, if self.reversed { 0.0 } else { 1.0 });
+        frame.clear(color, self.settings.depth.farthest());
         frame
     }
 
     fn scanline(&self) -> ScanlineRenderer<N> {
         let mut renderer = ScanlineRenderer::new(self.settings.viewport);
-        (renderer.scan, renderer.reversed) = (self.settings.clone(), self.reversed);
+        renderer.settings = self.settings.clone();
         renderer
     }
 
     fn z_buffer(&self) -> ZBufferRenderer<N> {
         let mut renderer = ZBufferRenderer::new(self.settings.viewport);
-        renderer.scan = self.settings.clone();
-        renderer.depth_test = if self.reversed { DepthTest::Farther } else { DepthTest::Nearer };
+        renderer.settings = self.settings.clone();
         renderer
     }
 }
@@ -94,7 +97,7 @@ tally! {
 fn check<const N: usize>(scene: &Scene<N>, name: &str) -> Tally {
     let nothing = (0, 0, 0, [0; N]);
     let mut expected = scene.frame(nothing);
-    scene.z_buffer().draw(&mut expected, polyscan::Mesh::new(&scene.vertices, &scene.faces), bits);
+    scene.z_buffer().draw(&mut expected, scene.mesh(), bits);
 
     let Rect { x, y, width, height } = scene.rect();
     let shaded: Vec<_> = (0..width * height).map(|_| AtomicU32::new(0)).collect();
@@ -110,7 +113,7 @@ fn check<const N: usize>(scene: &Scene<N>, name: &str) -> Tally {
         rows.push(colors.to_vec());
         Ok::<(), ()>(())
     };
-    renderer.draw(&scene.vertices, &scene.faces, nothing, shader, sink).expect("no error");
+    renderer.stream(scene.mesh(), nothing, shader, sink).expect("no error");
     assert_eq!(rows.len(), height as usize, "{name}: rows");
 
     let mut covered = 0;
@@ -126,7 +129,7 @@ fn check<const N: usize>(scene: &Scene<N>, name: &str) -> Tally {
     }
 
     let mut frame = scene.frame(nothing);
-    renderer.draw(&mut frame, polyscan::Mesh::new(&scene.vertices, &scene.faces), bits);
+    renderer.draw(&mut frame, scene.mesh(), bits);
     assert!(frame == expected, "{name}: on a framebuffer");
     let pixels = u64::from(width) * u64::from(height);
     Tally { scenes: 1, faces: scene.faces.len() as u64, pixels, covered }
@@ -181,26 +184,26 @@ fn any_polygon<const N: usize>(rng: &mut Rng, window: Window) -> Vec<Vertex<N>> 
 
 /// Settings of all kinds.
 fn configure<const N: usize>(rng: &mut Rng, scene: &mut Scene<N>) {
-    let scan = &mut scene.scan;
-    let Rect { width, height, .. } = scan.settings.viewport.rect();
+    let settings = &mut scene.settings;
+    let Rect { width, height, .. } = settings.viewport.rect();
     if rng.once_in(4) {
-        scan.settings.viewport =
-            scan.settings.viewport.at(rng.whole(-9, 9) as i32, rng.whole(-9, 9) as i32);
+        settings.viewport =
+            settings.viewport.with_corner(rng.whole(-9, 9) as i32, rng.whole(-9, 9) as i32);
     }
     if rng.once_in(4) {
         let corner = [width, height].map(|size| rng.whole(-3, i64::from(size)) as i32);
         let [w, h] = [width, height].map(|size| 1 + rng.below(size as usize) as u32);
-        scan.settings.scissor = Some(Rect { x: corner[0], y: corner[1], width: w, height: h });
+        settings.scissor = Some(Rect { x: corner[0], y: corner[1], width: w, height: h });
     }
     if rng.once_in(4) {
-        scan.settings.clip_space = ClipSpace::MinusOneToOne;
+        settings.clip_space = ClipSpace::MinusOneToOne;
     }
     for _ in 0..[0, 0, 0, 1, 2][rng.below(5)] {
         let plane = std::array::from_fn(|_| rng.range(-1.0, 1.0) as f32);
-        scan.settings.planes.push(ClipPlane::new(Vec4::from_array(plane)));
+        settings.planes.push(ClipPlane::new(Vec4::from_array(plane)));
     }
-    scan.settings.cull = [Cull::None, Cull::None, Cull::Back, Cull::Front][rng.below(4)];
-    for interpolation in &mut scan.settings.interpolation {
+    settings.cull = [Cull::None, Cull::None, Cull::Back, Cull::Front][rng.below(4)];
+    for interpolation in &mut settings.interpolation {
         *interpolation = [
             Interpolation::Perspective,
             Interpolation::Perspective,
@@ -208,9 +211,11 @@ fn configure<const N: usize>(rng: &mut Rng, scene: &mut Scene<N>) {
             Interpolation::Flat,
         ][rng.below(4)];
     }
-    scene.reversed = rng.once_in(4);
     if rng.once_in(4) {
-        scan.settings.viewport = scan.settings.viewport.with_depth(0.8, 0.1);
+        settings.depth = DepthMode::Reversed;
+    }
+    if rng.once_in(4) {
+        settings.viewport = settings.viewport.with_depth(0.8, 0.1);
     }
 }
 
@@ -354,16 +359,16 @@ fn faces_that_cross_are_split_where_they_cross() {
         Ok::<(), ()>(())
     };
     let shader = |f: &Fragment<'_, 0>| f.face + 1;
-    scene.scanline().draw(&scene.vertices, &scene.faces, 0, shader, sink).expect("no error");
+    scene.scanline().stream(scene.mesh(), 0, shader, sink).expect("no error");
     assert_eq!(picture, [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
 }
 
 #[test]
 fn what_is_on_the_far_plane_is_not_seen() {
-    for reversed in [false, true] {
+    for mode in [DepthMode::Standard, DepthMode::Reversed] {
         let mut scene = Scene::new(Window { width: 3, height: 3 });
-        scene.reversed = reversed;
-        scene.add(&square(if reversed { 0.0 } else { 1.0 }));
+        scene.settings.depth = mode;
+        scene.add(&square(mode.farthest()));
         assert_eq!(check(&scene, "far plane").covered, 0);
     }
 }
@@ -394,19 +399,28 @@ fn shaders_of_blocks_give_the_same_picture() {
         let mut expected = scene.frame(0.0);
         let shade = |params: [f32; 3]| params[0] + 2.0 * params[1] + 4.0 * params[2];
         let mut renderer = scene.scanline();
-        renderer.draw(&mut expected, polyscan::Mesh::new(&scene.vertices, &scene.faces), |f| {
-            shade(f.params)
-        });
+        renderer.draw(&mut expected, scene.mesh(), |f| shade(f.params));
         let mut frame = scene.frame(0.0);
-        renderer.scene(&scene.vertices, &scene.faces).draw_blocks_on(
-            &mut frame,
-            |block, colors| {
-                for (lane, color) in colors.iter_mut().enumerate() {
-                    *color = shade(block.params.map(|lanes| lanes[lane]));
-                }
-            },
-        );
+        let by_block = |block: &mut FragmentBlock<'_, 3>, colors: &mut [f32; LANES]| {
+            for (lane, color) in colors.iter_mut().enumerate() {
+                *color = shade(block.params.map(|lanes| lanes[lane]));
+            }
+        };
+        renderer.draw_blocks(&mut frame, scene.mesh(), by_block);
         assert!(frame == expected, "seed {seed}");
+
+        let Rect { x, y, width, .. } = scene.rect();
+        let sink = |row: u32, colors: &[f32]| {
+            for (column, color) in (x..x + width as i32).zip(colors) {
+                let (Ok(i), Ok(j)) = (column.try_into(), (y + row as i32).try_into()) else {
+                    continue;
+                };
+                let expected = expected.pixel(i, j).map(|pixel| pixel.0);
+                assert_eq!(Some(*color), expected, "seed {seed}, streamed");
+            }
+            Ok::<(), ()>(())
+        };
+        renderer.stream_blocks(scene.mesh(), 0.0, by_block, sink).expect("no error");
     }
 }
 
@@ -419,12 +433,11 @@ fn the_number_of_threads_changes_nothing() {
             picture.extend_from_slice(row);
             Ok::<(), ()>(())
         };
-        let (vertices, faces) = (&scene.vertices, &scene.faces);
         let glass = |face| face % 3 == 0;
-        let renderer = &mut scene.scanline();
+        // The scene is made on the thread that draws: what tells glass need not be shared.
         let drawn = pool.install(|| {
-            let scene = renderer.scene(vertices, faces).transparent(glass);
-            scene.draw((0, 0, 0, [0; 3]), bits, sink)
+            let mesh = scene.mesh().with_transparent(&glass);
+            scene.scanline().stream(mesh, (0, 0, 0, [0; 3]), bits, sink)
         });
         drawn.map(|()| picture)
     };
@@ -464,18 +477,20 @@ fn sorted_at_each_pixel<const N: usize>(
     is_transparent: impl Fn(u32) -> bool,
 ) -> Vec<Vec4> {
     let Rect { x, y, width, height } = scene.rect();
+    let is_greater_nearer = scene.settings.depth.is_greater_nearer();
     let mut fragments = vec![Vec::new(); (width * height) as usize];
-    let mut scan = scene.settings.clone();
+    let mut scan = ScanConverter::new(scene.settings.viewport);
+    scan.settings = scene.settings.clone();
     for face in 0..scene.faces.len() {
         for span in scan.spans(&scene.polygon(face)) {
             for f in span.fragments() {
                 let at = (f.y - y) as usize * width as usize + (f.x - x) as usize;
-                let depth = if scene.reversed { -f.depth } else { f.depth };
+                let depth = if is_greater_nearer { -f.depth } else { f.depth };
                 fragments[at].push((depth, face as u32));
             }
         }
     }
-    let farthest = if scene.reversed { 0.0 } else { 1.0f32 };
+    let farthest = scene.settings.depth.farthest();
     let resolve = |(i, mut fragments): (usize, Vec<(f32, u32)>)| {
         let at = (x + i as i32 % width as i32, y + i as i32 / width as i32);
         let opaque = fragments.iter().filter(|f| !is_transparent(f.1) && f.0 < farthest).copied();
@@ -505,10 +520,9 @@ fn check_transparency(seed: u64) -> Tally {
         picture.extend_from_slice(row);
         Ok::<(), ()>(())
     };
-    let mut renderer = scene.scanline();
-    let prepared = renderer.scene(&scene.vertices, &scene.faces).transparent(is_transparent);
+    let mesh = scene.mesh().with_transparent(&is_transparent);
     let shader = |f: &Fragment<'_, 0>| glass(f.face, f.x, f.y, is_transparent(f.face));
-    prepared.draw(Vec4::W, shader, sink).expect("no error");
+    scene.scanline().stream(mesh, Vec4::W, shader, sink).expect("no error");
     let expected = sorted_at_each_pixel(&scene, is_transparent);
     for (i, (color, expected)) in picture.iter().zip(&expected).enumerate() {
         let width = scene.rect().width as usize;
@@ -544,7 +558,7 @@ fn a_sink_that_fails_ends_the_drawing_with_its_error() {
             rows.push(row);
             if row == fails_at { Err(format!("row {row}")) } else { Ok(()) }
         };
-        let result = scene.scanline().draw(&scene.vertices, &scene.faces, 0u8, |_| 1, sink);
+        let result = scene.scanline().stream(scene.mesh(), 0u8, |_| 1, sink);
         assert_eq!(result, Err(format!("row {fails_at}")));
         assert!(rows.iter().copied().eq(0..=fails_at));
     }
@@ -572,7 +586,7 @@ fn rows_come_on_the_calling_thread_and_pixels_from_several() {
         drawn_by.lock().expect("no panic").insert(std::thread::current().id());
         1
     };
-    scene.scanline().draw(&scene.vertices, &scene.faces, 0, shader, sink).expect("no error");
+    scene.scanline().stream(scene.mesh(), 0, shader, sink).expect("no error");
     assert!(!drawn_by.into_inner().expect("no panic").is_empty());
 }
 
@@ -616,9 +630,9 @@ fn check_any_input(seed: u64) -> Tally {
         configure(rng, &mut scene);
     }
     let tally = check(&scene, &format!("seed {seed}"));
-    let mut renderer = scene.scanline();
-    let glass = renderer.scene(&scene.vertices, &scene.faces).transparent(|face| face % 2 == 0);
-    glass.draw(0.0, |f| f.depth, |_, _| Ok::<(), ()>(())).expect("no error");
+    let glass = scene.mesh().with_transparent(&|face| face % 2 == 0);
+    let drawn = scene.scanline().stream(glass, 0.0, |f| f.depth, |_, _| Ok::<(), ()>(()));
+    drawn.expect("no error");
     tally
 }
 
@@ -664,21 +678,16 @@ mod png_files {
         let folder = tempfile::tempdir().expect("a folder");
         let (scene, shader) = picture(3);
         let mut frame = scene.frame(Vec4::ONE);
-        scene.scanline().draw(
-            &mut frame,
-            polyscan::Mesh::new(&scene.vertices, &scene.faces),
-            &shader,
-        );
+        scene.scanline().draw(&mut frame, scene.mesh(), &shader);
         for opaque in [false, true] {
             let path = folder.path().join(format!("{opaque}.png"));
             let make = if opaque { PngFile::opaque } else { PngFile::new };
             let mut file = make(&path, 300, 200).expect("a file");
-            let (vertices, faces) = (&scene.vertices, &scene.faces);
             let sink = |_, row: &[Vec4]| {
                 assert!(!path.exists(), "not before all is done");
                 file.write_row(row)
             };
-            scene.scanline().draw(vertices, faces, Vec4::ONE, &shader, sink).expect("rows");
+            scene.scanline().stream(scene.mesh(), Vec4::ONE, &shader, sink).expect("rows");
             assert!(!path.exists());
             file.finish().expect("a file");
             let read = image::open(&path).expect("a picture");
@@ -706,8 +715,7 @@ mod png_files {
                 file.write_row(colors).map_err(|error| error.to_string())?;
                 if row < 150 { Ok(()) } else { Err("enough".into()) }
             };
-            let (vertices, faces) = (&scene.vertices, &scene.faces);
-            let drawn = scene.scanline().draw(vertices, faces, Vec4::ONE, &shader, sink);
+            let drawn = scene.scanline().stream(scene.mesh(), Vec4::ONE, &shader, sink);
             assert_eq!(drawn, Err("enough".into()));
             let error = file.finish().expect_err("rows are missing").to_string();
             let path_text = path.display().to_string();

@@ -92,7 +92,7 @@ fn by_scanline(scene: &Scene, vertices: &[Vertex<2>], view: &View) -> Framebuffe
     let mut frame = view.frame();
     let mut renderer = ScanlineRenderer::new(frame.viewport());
     renderer.settings.clip_space = view.clip_space;
-    renderer.reversed = view.reversed;
+    renderer.settings.depth = view.depth_mode();
     renderer
         .draw(&mut frame, polyscan::Mesh::new(vertices, &scene.faces), |f| Some(Some(layer(f))));
     frame
@@ -102,9 +102,9 @@ fn by_painter(tree: &BspTree<2>, view: &View) -> Framebuffer<Option<Layer>> {
     let mut frame = view.frame();
     let mut painter = PainterRenderer::new(frame.viewport());
     painter.settings.clip_space = view.clip_space;
-    painter.reversed_depth = view.reversed;
+    painter.settings.depth = view.depth_mode();
     painter.depth_write = true;
-    painter.draw(&mut frame, tree, view.matrix, |f| Some(Some(layer(f))));
+    painter.draw(&mut frame, tree.seen_by(view.matrix), |f| Some(Some(layer(f))));
     frame
 }
 

@@ -8,7 +8,7 @@ use crate::common::vertices;
 use glam::vec4;
 use polyscan::render::{Additive, Over};
 use polyscan::{
-    DepthSource, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBufferRenderer,
+    DepthMode, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBufferRenderer,
 };
 
 const TESTS: [DepthTest; 8] = [
@@ -34,7 +34,7 @@ fn frame<C: Copy>(color: C) -> Framebuffer<C> {
 
 #[test]
 fn the_eight_comparisons() {
-    // Whether less, equal and greater depths pass each test.
+    // Whether nearer, equal and farther depths pass each test.
     let passes = [
         [false, false, false],
         [true, false, false],
@@ -47,18 +47,26 @@ fn the_eight_comparisons() {
     ];
     for (test, passes) in TESTS.into_iter().zip(passes) {
         for (z, pass) in [0.25, 0.5, 0.75].into_iter().zip(passes) {
-            for depth_write in [true, false] {
-                let mut frame = frame(0u32);
-                frame.clear(0, 0.5);
-                let mut renderer = ZBufferRenderer::new(frame.viewport());
-                (renderer.depth_test, renderer.depth_write) = (test, depth_write);
-                renderer.draw(&mut frame, &square(z), |_| 1);
-                let color = u32::from(pass);
-                let depth = if pass && depth_write { z } else { 0.5 };
-                assert!(frame.color().iter().all(|&c| c == color), "{test:?} at {z}");
-                assert!(frame.depth().iter().all(|&d| d == depth), "{test:?} at {z}");
-            }
+            check_comparison(DepthMode::Standard, test, z, pass);
+            // What is nearer if less was less is nearer if greater is.
+            check_comparison(DepthMode::Reversed, test, 1.0 - z, pass);
         }
+    }
+}
+
+/// Whether a square passes a test against a depth of 1/2.
+fn check_comparison(mode: DepthMode, test: DepthTest, z: f32, pass: bool) {
+    for depth_write in [true, false] {
+        let mut frame = frame(0u32);
+        frame.clear(0, 0.5);
+        let mut renderer = ZBufferRenderer::new(frame.viewport());
+        renderer.settings.depth = mode;
+        (renderer.depth_test, renderer.depth_write) = (test, depth_write);
+        renderer.draw(&mut frame, &square(z), |_| 1);
+        let color = u32::from(pass);
+        let depth = if pass && depth_write { z } else { 0.5 };
+        assert!(frame.color().iter().all(|&c| c == color), "{mode:?}, {test:?} at {z}");
+        assert!(frame.depth().iter().all(|&d| d == depth), "{mode:?}, {test:?} at {z}");
     }
 }
 
@@ -83,7 +91,7 @@ fn depth_alone_is_never_shaded_and_hides_what_is_behind() {
     let mut draw = |z, test| {
         renderer.depth_test = test;
         shaded.set(0);
-        renderer.draw(&mut frame, &square(z), |_| {
+        renderer.on_one_thread().draw(&mut frame, &square(z), |_| {
             shaded.set(shaded.get() + 1);
             1
         });
@@ -96,26 +104,30 @@ fn depth_alone_is_never_shaded_and_hides_what_is_behind() {
 #[test]
 fn the_depth_range_and_reversed_depth() {
     let viewport = Viewport::new(20, 2).expect("small").with_depth(1.0, 0.0);
-    let mut frame = frame(0u8);
-    frame.clear(0, 0.0);
-    let mut renderer = ZBufferRenderer::new(viewport);
-    renderer.depth_test = DepthTest::Farther;
-    for (z, color) in [(0.75, 1), (0.25, 2), (0.5, 3)] {
-        renderer.draw(&mut frame, &square(z), |_| color);
+    // The mode says which depth is nearer; without it the test has to ask for what is farther.
+    for (mode, test) in
+        [(DepthMode::Reversed, DepthTest::Nearer), (DepthMode::Standard, DepthTest::Farther)]
+    {
+        let mut frame = frame(7u8);
+        let mut renderer = ZBufferRenderer::new(viewport);
+        (renderer.settings.depth, renderer.depth_test) = (mode, test);
+        renderer.clear(&mut frame, 0);
+        assert_eq!(frame.pixel(3, 1), Some((0, mode.farthest())));
+        frame.clear(0, 0.0);
+        for (z, color) in [(0.75, 1), (0.25, 2), (0.5, 3)] {
+            renderer.draw(&mut frame, &square(z), |_| color);
+        }
+        assert_eq!(frame.pixel(3, 1), Some((2, 0.75)), "{mode:?}");
+        assert_eq!(frame.pixel(20, 1), None);
     }
-    assert_eq!(frame.pixel(3, 1), Some((2, 0.75)));
-    assert_eq!(frame.pixel(20, 1), None);
 }
 
 /// The number of the visible triangle at each pixel, with depth from z or from 1/w.
-fn visible(source: DepthSource, scene: &[Vec<Vertex<0>>]) -> Vec<usize> {
+fn visible(mode: DepthMode, scene: &[Vec<Vertex<0>>]) -> Vec<usize> {
     let mut frame = Framebuffer::new(80, 60, usize::MAX).expect("a small frame");
     let mut renderer = ZBufferRenderer::new(frame.viewport());
-    renderer.depth_source = source;
-    if source == DepthSource::InverseW {
-        frame.clear(usize::MAX, 0.0);
-        renderer.depth_test = DepthTest::Farther;
-    }
+    renderer.settings.depth = mode;
+    renderer.clear(&mut frame, usize::MAX);
     for (number, polygon) in scene.iter().enumerate() {
         renderer.draw(&mut frame, polygon, |_| number);
     }
@@ -133,7 +145,7 @@ fn one_over_w_as_depth_gives_the_same_picture_in_perspective() {
             triangle
         })
         .collect();
-    let [by_z, by_w] = [DepthSource::Z, DepthSource::InverseW].map(|s| visible(s, &scene));
+    let [by_z, by_w] = [DepthMode::Standard, DepthMode::InverseW].map(|s| visible(s, &scene));
     let different = by_z.iter().zip(&by_w).filter(|(a, b)| a != b).count();
     // The two round differently where triangles cross.
     assert!(different <= 3, "{different} pixels differ");
@@ -144,8 +156,8 @@ fn one_over_w_as_depth_gives_the_same_picture_in_perspective() {
 fn orthographic_scenes_are_right_with_the_default_depth() {
     let near_last = [square(0.9).to_vec(), square(0.1).to_vec()];
     let near_first = [square(0.1).to_vec(), square(0.9).to_vec()];
-    assert!(visible(DepthSource::Z, &near_last).iter().all(|&n| n == 1));
-    assert!(visible(DepthSource::Z, &near_first).iter().all(|&n| n == 0));
+    assert!(visible(DepthMode::Standard, &near_last).iter().all(|&n| n == 1));
+    assert!(visible(DepthMode::Standard, &near_first).iter().all(|&n| n == 0));
 }
 
 #[test]

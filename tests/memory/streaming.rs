@@ -1,7 +1,7 @@
 //! The scanline renderer's memory grows with the width of the picture, not with its height.
 
 use glam::vec4;
-use polyscan::{ScanlineRenderer, Vertex, Viewport};
+use polyscan::{Mesh, ScanlineRenderer, Vertex, Viewport};
 use stats_alloc::Region;
 
 use crate::{COUNTING, alone};
@@ -20,9 +20,8 @@ fn peak(width: u32, height: u32, faces: usize) -> usize {
         .collect();
     let quads = (0..faces as u32).map(|i| [4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3]);
     let mut renderer = ScanlineRenderer::new(Viewport::new(width, height).expect("a size"));
-    let drawn = renderer.draw(
-        &vertices,
-        quads,
+    let drawn = renderer.stream(
+        Mesh::new(&vertices, quads),
         [0.0; 2],
         |f| f.params,
         |_, _| {

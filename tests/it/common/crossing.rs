@@ -10,7 +10,7 @@ use glam::camera::rh::proj::{directx, opengl};
 use glam::camera::rh::view::look_at_mat4;
 use glam::{DVec3, DVec4, Mat4, Quat, Vec2, Vec3, Vec4, vec3};
 use polyscan::{
-    ClipSpace, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBufferRenderer,
+    ClipSpace, DepthMode, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBufferRenderer,
 };
 
 use super::generators::Rng;
@@ -150,6 +150,10 @@ impl View {
         frame.clear(None, if self.reversed { 0.0 } else { 1.0 });
         frame
     }
+
+    pub(crate) fn depth_mode(&self) -> DepthMode {
+        if self.reversed { DepthMode::Reversed } else { DepthMode::Standard }
+    }
 }
 
 /// An eye anywhere around or in the scene, and each kind of projection in turn.
@@ -193,7 +197,7 @@ pub(crate) fn by_z_buffer(
     let mut frame = view.frame();
     let mut renderer = ZBufferRenderer::new(frame.viewport());
     renderer.settings.clip_space = view.clip_space;
-    renderer.depth_test = if view.reversed { DepthTest::Farther } else { DepthTest::Nearer };
+    renderer.settings.depth = view.depth_mode();
     renderer
         .draw(&mut frame, polyscan::Mesh::new(vertices, &scene.faces), |f| Some(Some(layer(f))));
     frame
