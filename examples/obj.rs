@@ -12,9 +12,9 @@ use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressIterator as _, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
+use polyscan::Model;
 use polyscan::color::{Color, decode};
 use polyscan::glam::Vec3;
-use polyscan::Model;
 use polyscan::obj::Loader;
 use polyscan::{Cull, Framebuffer, Mesh, ZBufferRenderer};
 

@@ -19,9 +19,9 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
+use polyscan::Model;
 use polyscan::camera::{Camera, Sphere};
 use polyscan::glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
-use polyscan::Model;
 use polyscan::obj::Loader;
 use polyscan::render::{Additive, Over};
 use polyscan::{

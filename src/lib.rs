@@ -231,6 +231,6 @@ pub use self::viewport::{Rect, SizeError, Viewport};
 pub use image;
 
 /// The README's code, compiled and run.
-#[cfg(all(doctest, feature = "image"))]
+#[cfg(all(doctest, feature = "png"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -171,7 +171,7 @@ mod obj {
     use std::fs;
 
     use polyscan::Model;
-use polyscan::obj::{LineError, Loaded, Warning};
+    use polyscan::obj::{LineError, Loaded, Warning};
 
     /// A triangle of the material `a`, with this MTL file, in a folder beside a picture.
     fn load(mtl: &str) -> Loaded {
