@@ -25,7 +25,7 @@ use glam::Vec4;
 use plotters::prelude::*;
 use polyscan::fragment::LANES;
 use polyscan::{
-    FillRule, FragmentBlock, Framebuffer, ScanConverter, ScanlineRenderer, SizeError, Vertex,
+    FillRule, FragmentBlock, Framebuffer, Mesh, ScanConverter, ScanlineRenderer, SizeError, Vertex,
     Viewport, ZBufferRenderer,
 };
 
@@ -228,7 +228,7 @@ fn polygons() -> Result<Vec<Series>, SizeError> {
         let faces = || triangles(SIZE / 4).take(count as usize);
         let size = f64::from(count);
         let least = time(&mut canvas(SIZE)?, clear, |(frame, renderer)| {
-            renderer.draw_blocks(frame, polyscan::Mesh::new(&vertices, faces()), shade);
+            renderer.draw_blocks(frame, Mesh::new(&vertices, faces()), shade);
         });
         mesh.points.push((size, least));
         // More would take longer than all the rest.
@@ -251,7 +251,8 @@ fn polygons() -> Result<Vec<Series>, SizeError> {
                     black_box(row);
                     Ok::<(), std::convert::Infallible>(())
                 };
-                let Ok(()) = renderer.scene(&vertices, faces()).draw_blocks(0, shade, sink);
+                let mesh = Mesh::new(&vertices, faces());
+                let Ok(()) = renderer.stream_blocks(mesh, 0, shade, sink);
             },
         );
         scanline.points.push((size, least));

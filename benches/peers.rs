@@ -202,13 +202,13 @@ fn run<const N: usize>(
         let cleared = Instant::now();
         scene.transform(&mut vertices);
         if per_fragment {
-            renderer.draw(&mut frame, polyscan::Mesh::new(&vertices, &scene.triangles), |f| {
+            renderer.draw(&mut frame, Mesh::new(&vertices, &scene.triangles), |f| {
                 look_up(shade(&f.params))
             });
         } else {
             renderer.draw_blocks(
                 &mut frame,
-                polyscan::Mesh::new(&vertices, &scene.triangles),
+                Mesh::new(&vertices, &scene.triangles),
                 |block, colors| {
                     for (lane, color) in colors.iter_mut().enumerate() {
                         *color = shade(&std::array::from_fn(|i| block.params[i][lane]));

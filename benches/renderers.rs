@@ -18,7 +18,7 @@ use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{Mat4, Vec2, Vec3, Vec4, vec3, vec4};
 use polyscan::render::{Over, Paint};
 use polyscan::{
-    BspTree, Fragment, Framebuffer, PainterRenderer, ScanlineRenderer, SizeError, Vertex,
+    BspTree, Fragment, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, SizeError, Vertex,
     ZBufferRenderer,
 };
 
@@ -169,17 +169,14 @@ where
             let start = Instant::now();
             frame.clear(background, 1.0);
             match renderer {
-                0 => z_buffer.draw(&mut frame, polyscan::Mesh::new(vertices, faces), &shader),
+                0 => z_buffer.draw(&mut frame, Mesh::new(vertices, faces), &shader),
                 1 => {
-                    let prepared = scanline.scene(vertices, faces).transparent(|_| is_glass);
-                    prepared.draw_on(&mut frame, &shader);
+                    let all = |_| is_glass;
+                    let mesh = Mesh::new(vertices, faces).with_transparent(&all);
+                    scanline.draw(&mut frame, mesh, &shader);
                 }
-                2 => painter.draw(&mut frame, tree, Mat4::IDENTITY, &shader),
-                _ => painter.draw(
-                    &mut frame,
-                    polyscan::Mesh::new(vertices, faces).back_to_front(),
-                    &shader,
-                ),
+                2 => painter.draw(&mut frame, tree.seen_by(Mat4::IDENTITY), &shader),
+                _ => painter.draw(&mut frame, Mesh::new(vertices, faces).back_to_front(), &shader),
             }
             *time = milliseconds(start);
         }

@@ -330,7 +330,7 @@ mod texture {
 
 /// Triangles of 8 pixels that cover the picture, two parameters each; the rate is of triangles.
 mod mesh {
-    use polyscan::{ScanlineRenderer, ZBufferRenderer};
+    use polyscan::{Cull, Mesh, ScanlineRenderer, ZBufferRenderer};
 
     use super::*;
 
@@ -354,7 +354,7 @@ mod mesh {
     fn per_fragment(bencher: Bencher<'_, '_>) {
         let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, TRIANGLES, |frame| {
-            renderer.draw(frame, polyscan::Mesh::new(&vertices, &faces), shade);
+            renderer.draw(frame, Mesh::new(&vertices, &faces), shade);
         });
     }
 
@@ -362,7 +362,7 @@ mod mesh {
     fn per_block(bencher: Bencher<'_, '_>) {
         let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, TRIANGLES, |frame| {
-            renderer.draw_blocks(frame, polyscan::Mesh::new(&vertices, &faces), shade_block);
+            renderer.draw_blocks(frame, Mesh::new(&vertices, &faces), shade_block);
         });
     }
 
@@ -370,7 +370,7 @@ mod mesh {
     fn depth_only(bencher: Bencher<'_, '_>) {
         let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
         on_cleared_frame(bencher, TRIANGLES, |frame| {
-            renderer.draw_depth(frame, polyscan::Mesh::new(&vertices, &faces));
+            renderer.draw_depth(frame, Mesh::new(&vertices, &faces));
         });
     }
 
@@ -378,14 +378,10 @@ mod mesh {
     #[divan::bench]
     fn culled(bencher: Bencher<'_, '_>) {
         let ((vertices, faces), mut renderer) = (grid(), ZBufferRenderer::new(frame().viewport()));
-        renderer.settings.cull = polyscan::Cull::Front;
+        renderer.settings.cull = Cull::Front;
         let mut frame = frame();
         bencher.counter(ItemsCount::new(TRIANGLES)).bench_local(|| {
-            renderer.draw_blocks(
-                &mut frame,
-                polyscan::Mesh::new(black_box(&vertices), &faces),
-                shade_block,
-            );
+            renderer.draw_blocks(&mut frame, Mesh::new(black_box(&vertices), &faces), shade_block);
         });
     }
 
@@ -405,8 +401,8 @@ mod mesh {
     fn scanline(bencher: Bencher<'_, '_>) {
         let ((vertices, faces), mut renderer) = (grid(), ScanlineRenderer::new(frame().viewport()));
         bencher.counter(ItemsCount::new(TRIANGLES)).bench_local(|| {
-            let scene = renderer.scene(black_box(&vertices), &faces);
-            scene.draw_blocks(0, shade_block, |_, row| {
+            let mesh = Mesh::new(black_box(&vertices), &faces);
+            renderer.stream_blocks(mesh, 0, shade_block, |_, row| {
                 black_box(row);
                 Ok::<(), std::fmt::Error>(())
             })
@@ -460,7 +456,8 @@ mod bsp {
             Vec3::new(0.0, 0.0, 0.5),
         );
         bencher.counter(ItemsCount::new(FACES)).bench_local(|| {
-            painter.draw_blocks(&mut frame, black_box(&tree), clip_from_object, shade_block);
+            let tree = black_box(&tree).seen_by(clip_from_object);
+            painter.draw_blocks(&mut frame, tree, shade_block);
         });
     }
 }

@@ -1,16 +1,22 @@
-//! Renders an OBJ model: framed by itself, with one light, through the z-buffer.
+//! Renders an OBJ model with one lamp by the z-buffer; the camera stands where it sees all of it.
+//!
+//! ```text
+//! cargo run --release --example obj -- --yaw -40 examples/assets/cottage.obj
+//! cargo run --release --example obj -- --turntable 60 --size 400x300
+//! ```
 
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use glam::Vec3;
 use indicatif::{ProgressBar, ProgressIterator as _, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
+use polyscan::Model;
 use polyscan::color::{Color, decode};
-use polyscan::obj::{Loader, Model};
-use polyscan::{Cull, Framebuffer, ZBuffer};
+use polyscan::glam::Vec3;
+use polyscan::obj::Loader;
+use polyscan::{Cull, Framebuffer, Mesh, ZBufferRenderer};
 
 mod cli;
 mod studio;
@@ -39,6 +45,98 @@ Options:
                               [default: 60]
   -h, --help                  Show this help
 ";
+
+/// Each pixel is the mean of this many samples in x and in y.
+const SAMPLES: u32 = 2;
+
+fn main() -> ExitCode {
+    cli::run(draw_model)
+}
+
+fn draw_model() -> Result<(), Box<dyn Error>> {
+    let options = Options::read()?;
+    let loader = Loader::new().with_crease_angle(options.crease.to_radians());
+    let model = studio::load(&loader, &options.view.model)?;
+    println!(
+        "{}: {} faces, {} vertices, {} materials, {} textures",
+        options.view.model.display(),
+        model.face_count(),
+        model.vertices.len(),
+        model.materials.len(),
+        model.textures.len()
+    );
+    let name = if options.turntable.is_some() { "target/turntable.png" } else { "target/obj.png" };
+    let output = options.output.clone().unwrap_or_else(|| name.into());
+    cli::make_folder_of(&output)?;
+    match options.turntable {
+        None => render(&model, &options, 0.0)?.save_png(&output)?,
+        Some(pictures) => save_turntable(&model, &options, pictures, &output)?,
+    }
+    println!("wrote {}", output.display());
+    Ok(())
+}
+
+/// The model, after a turn to the right by some degrees.
+fn render(
+    model: &Model,
+    options: &Options,
+    turn: f32,
+) -> Result<Framebuffer<Vec3>, Box<dyn Error>> {
+    let (width, height) = options.size;
+    let background = Vec3::from(options.background.map(decode));
+    let mut frame = Framebuffer::new(width * SAMPLES, height * SAMPLES, background)?;
+    let view = View { yaw: options.view.yaw + turn, ..options.view.clone() };
+    let camera = view.turned(model.camera(width as f32 / height as f32));
+    let lamp = Lamp::beside(&camera);
+
+    let vertices = studio::vertices(model, camera.clip_from_object());
+    let mut renderer = ZBufferRenderer::new(frame.viewport());
+    renderer.settings.cull = if options.cull { Cull::Back } else { Cull::None };
+    for (i, material) in model.materials.iter().enumerate() {
+        let faces = Mesh::new(&vertices, model.faces_of(i));
+        renderer.draw(&mut frame, faces, |fragment| {
+            let surface = Surface::from(fragment.params);
+            color_of(model, Some(material), surface.uv) * lamp.lit(&surface)
+        });
+    }
+    Ok(frame.downsampled(SAMPLES)?)
+}
+
+/// Writes an animated PNG file of pictures all around the model.
+fn save_turntable(
+    model: &Model,
+    options: &Options,
+    pictures: u16,
+    path: &Path,
+) -> Result<(), Box<dyn Error>> {
+    let bar = ProgressBar::new(pictures.into())
+        .with_style(ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left")?);
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, options.size.0, options.size.1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    // Again and again; the whole turn in four seconds.
+    encoder.set_animated(pictures.into(), 0)?;
+    encoder.set_frame_delay(4, pictures)?;
+    let mut writer = encoder.write_header()?;
+    for i in (0..pictures).progress_with(bar) {
+        let picture = render(model, options, 360.0 * f32::from(i) / f32::from(pictures))?;
+        let rgb = |color: &Vec3| color.to_srgb8().into_iter().take(3);
+        writer.write_image_data(&picture.color().iter().flat_map(rgb).collect::<Vec<_>>())?;
+    }
+    writer.finish()?;
+
+    // The file gets its name when it is whole.
+    let part = path.with_extension("png.part");
+    let written = fs::write(&part, file).and_then(|()| fs::rename(&part, path));
+    written.map_err(|error| {
+        // What cannot be removed was perhaps never there; the first error is the one to tell.
+        let _ = fs::remove_file(&part);
+        format!("cannot write {}: {error}", path.display()).into()
+    })
+}
+
+// ----------------------------------------------------------------------------------------- options
 
 struct Options {
     view: View,
@@ -105,96 +203,4 @@ fn parse_color(text: &str) -> Result<[u8; 3], &'static str> {
     let number = u32::from_str_radix(text, 16).ok().filter(|_| text.len() == 6);
     let [_, r, g, b] = number.ok_or("write it as six digits, such as ffcc00")?.to_be_bytes();
     Ok([r, g, b])
-}
-
-/// Each pixel is the mean of this many samples in x and in y.
-const SAMPLES: u32 = 2;
-
-fn main() -> ExitCode {
-    cli::run(draw_model)
-}
-
-fn draw_model() -> Result<(), Box<dyn Error>> {
-    let options = Options::read()?;
-    let loader = Loader::new().with_crease_angle(options.crease.to_radians());
-    let model = studio::load(&loader, &options.view.model)?;
-    println!(
-        "{}: {} faces, {} vertices, {} materials, {} textures",
-        options.view.model.display(),
-        model.face_count(),
-        model.vertices.len(),
-        model.materials.len(),
-        model.textures.len()
-    );
-    let name = if options.turntable.is_some() { "target/turntable.png" } else { "target/obj.png" };
-    let output = options.output.clone().unwrap_or_else(|| name.into());
-    cli::make_folder_of(&output)?;
-    match options.turntable {
-        None => render(&model, &options, 0.0)?.save_png(&output)?,
-        Some(pictures) => save_turntable(&model, &options, pictures, &output)?,
-    }
-    println!("wrote {}", output.display());
-    Ok(())
-}
-
-/// The model, after a turn to the right by some degrees.
-fn render(
-    model: &Model,
-    options: &Options,
-    turn: f32,
-) -> Result<Framebuffer<Vec3>, Box<dyn Error>> {
-    let (width, height) = options.size;
-    let background = Vec3::from(options.background.map(decode));
-    let mut frame = Framebuffer::new(width * SAMPLES, height * SAMPLES, background)?;
-    let view = View { yaw: options.view.yaw + turn, ..options.view.clone() };
-    let camera = view.turned(model.camera(width as f32 / height as f32));
-    let lamp = Lamp::beside(&camera);
-
-    let vertices = model.vertices_with(camera.clip_from_object(), |vertex| Surface {
-        uv: vertex.uv,
-        normal: vertex.normal,
-    });
-    let mut renderer = ZBuffer::new(frame.viewport());
-    renderer.scan.cull = if options.cull { Cull::Clockwise } else { Cull::None };
-    for (i, material) in model.materials.iter().enumerate() {
-        renderer.draw_mesh(&mut frame, &vertices, model.faces_of(i), |fragment| {
-            let surface = Surface::from(fragment.params);
-            color_of(model, Some(material), surface.uv) * lamp.lit(&surface)
-        });
-    }
-    Ok(frame.reduced(SAMPLES)?)
-}
-
-/// Writes an animated PNG file of pictures all around the model.
-fn save_turntable(
-    model: &Model,
-    options: &Options,
-    pictures: u16,
-    path: &Path,
-) -> Result<(), Box<dyn Error>> {
-    let bar = ProgressBar::new(pictures.into())
-        .with_style(ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left")?);
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, options.size.0, options.size.1);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    // Again and again; the whole turn in four seconds.
-    encoder.set_animated(pictures.into(), 0)?;
-    encoder.set_frame_delay(4, pictures)?;
-    let mut writer = encoder.write_header()?;
-    for i in (0..pictures).progress_with(bar) {
-        let picture = render(model, options, 360.0 * f32::from(i) / f32::from(pictures))?;
-        let rgb = |color: &Vec3| color.to_srgb8().into_iter().take(3);
-        writer.write_image_data(&picture.color().iter().flat_map(rgb).collect::<Vec<_>>())?;
-    }
-    writer.finish()?;
-
-    // The file gets its name when it is whole.
-    let part = path.with_extension("png.part");
-    let written = fs::write(&part, file).and_then(|()| fs::rename(&part, path));
-    written.map_err(|error| {
-        // What cannot be removed was perhaps never there; the first error is the one to tell.
-        let _ = fs::remove_file(&part);
-        format!("cannot write {}: {error}", path.display()).into()
-    })
 }

@@ -1,5 +1,9 @@
 //! Renders an OBJ model as large as one likes: row by row into a PNG file, never the whole picture
 //! in memory.
+//!
+//! ```text
+//! cargo run --release --example poster -- --size 20000x15000
+//! ```
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -9,9 +13,10 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::color::Color;
-use polyscan::obj::{Face, Loader, Model};
+use polyscan::model::{Face, Model};
+use polyscan::obj::Loader;
 use polyscan::render::PngFile;
-use polyscan::{Fragment, Scanline, Viewport};
+use polyscan::{Fragment, Mesh, ScanlineRenderer, Viewport};
 
 mod cli;
 mod studio;
@@ -33,6 +38,67 @@ Options:
       --size <SIZE>      Width and height in pixels, up to 65536 each [default: 12000x9000]
   -h, --help             Show this help
 ";
+
+fn main() -> ExitCode {
+    cli::run(draw_poster)
+}
+
+fn draw_poster() -> Result<(), Box<dyn Error>> {
+    let options = Options::read()?;
+    let model = studio::load(&Loader::new(), &options.view.model)?;
+    cli::make_folder_of(&options.output)?;
+    let (width, height) = options.size;
+    println!("{}: {} faces", options.view.model.display(), model.face_count());
+    let start = Instant::now();
+    render(&model, &options)?;
+    let (seconds, pixels) = (start.elapsed().as_secs_f64(), f64::from(width) * f64::from(height));
+    println!("wrote {}: {width} x {height} pixels", options.output.display());
+    println!("{seconds:.2} s, {:.1} million pixels a second", pixels / seconds / 1e6);
+    if let Some(peak) = peak_memory() {
+        let whole = pixels * size_of::<[u8; 3]>() as f64 / f64::from(1 << 20);
+        println!("peak memory: {} MiB; the whole picture has {whole:.0} MiB", peak / 1024);
+    }
+    Ok(())
+}
+
+/// Draws the model, each row going to the file when it is finished.
+fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
+    let (width, height) = options.size;
+    let camera = options.view.turned(model.camera(width as f32 / height as f32));
+    let lamp = Lamp::beside(&camera);
+    let vertices = studio::vertices(model, camera.clip_from_object());
+    // Fragments know the number of their face, the list knows its material.
+    let faces: Vec<Face<'_>> = model.faces().collect();
+    let shader = |fragment: &Fragment<'_, { Surface::LEN }>| {
+        let face = faces.get(fragment.face as usize);
+        let material = face.and_then(|face| model.materials.get(face.material));
+        let surface = Surface::from(fragment.params);
+        let [r, g, b, _] = (color_of(model, material, surface.uv) * lamp.lit(&surface)).to_srgb8();
+        [r, g, b]
+    };
+
+    let bar = ProgressBar::new(height.into())
+        .with_style(ProgressStyle::with_template("{bar:40} {percent}% of the rows, {eta} left")?);
+    let mut file = PngFile::opaque(&options.output, width, height)?;
+    let mut renderer = ScanlineRenderer::new(Viewport::new(width, height)?);
+    let background = [216, 226, 234];
+    renderer.stream(Mesh::new(&vertices, &faces), background, shader, |row, colors| {
+        bar.set_position(u64::from(row) + 1);
+        file.write_row(colors)
+    })?;
+    bar.finish_and_clear();
+    file.finish()?;
+    Ok(())
+}
+
+/// The most memory that the program has had, in KiB, where the system says so (Linux).
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse().ok()
+}
+
+// ----------------------------------------------------------------------------------------- options
 
 struct Options {
     view: View,
@@ -63,66 +129,4 @@ impl Options {
         }
         Ok(options)
     }
-}
-
-fn main() -> ExitCode {
-    cli::run(draw_poster)
-}
-
-fn draw_poster() -> Result<(), Box<dyn Error>> {
-    let options = Options::read()?;
-    let model = studio::load(&Loader::new(), &options.view.model)?;
-    cli::make_folder_of(&options.output)?;
-    let (width, height) = options.size;
-    println!("{}: {} faces", options.view.model.display(), model.face_count());
-    let start = Instant::now();
-    render(&model, &options)?;
-    let (seconds, pixels) = (start.elapsed().as_secs_f64(), f64::from(width) * f64::from(height));
-    println!("wrote {}: {width} x {height} pixels", options.output.display());
-    println!("{seconds:.1} s, {:.1} million pixels a second", pixels / seconds / 1e6);
-    if let Some(peak) = peak_memory() {
-        let whole = pixels * size_of::<[u8; 3]>() as f64 / f64::from(1 << 20);
-        println!("peak memory: {} MiB; the whole picture has {whole:.0} MiB", peak / 1024);
-    }
-    Ok(())
-}
-
-/// Draws the model, each row going to the file when it is finished.
-fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
-    let (width, height) = options.size;
-    let camera = options.view.turned(model.camera(width as f32 / height as f32));
-    let lamp = Lamp::beside(&camera);
-    let vertices = model.vertices_with(camera.clip_from_object(), |vertex| Surface {
-        uv: vertex.uv,
-        normal: vertex.normal,
-    });
-    // Fragments know the number of their face, the list knows its material.
-    let faces: Vec<Face<'_>> = model.faces().collect();
-    let shader = |fragment: &Fragment<'_, 5>| {
-        let face = faces.get(fragment.face as usize);
-        let material = face.and_then(|face| model.materials.get(face.material));
-        let surface = Surface::from(fragment.params);
-        let [r, g, b, _] = (color_of(model, material, surface.uv) * lamp.lit(&surface)).to_srgb8();
-        [r, g, b]
-    };
-
-    let bar = ProgressBar::new(height.into())
-        .with_style(ProgressStyle::with_template("{bar:40} {percent}% of the rows, {eta} left")?);
-    let mut file = PngFile::opaque(&options.output, width, height)?;
-    let mut renderer = Scanline::new(Viewport::new(width, height)?);
-    let background = [216, 226, 234];
-    renderer.draw(&vertices, &faces, background, shader, |row, colors| {
-        bar.set_position(u64::from(row) + 1);
-        file.write_row(colors)
-    })?;
-    bar.finish_and_clear();
-    file.finish()?;
-    Ok(())
-}
-
-/// The most memory that the program has had, in KiB, where the system says so (Linux).
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    line.trim().strip_suffix("kB")?.trim().parse().ok()
 }

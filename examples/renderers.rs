@@ -5,6 +5,10 @@
 //! is the same by the painter's tree and the scanline renderer; a z-buffer needs the panes in their
 //! order, and they have none. What is left are a few pixels in whose middle two faces meet: there the
 //! painter's tree decides by planes, the others by depth.
+//!
+//! ```text
+//! cargo run --release --example renderers
+//! ```
 
 use std::error::Error;
 use std::f32::consts::TAU;
@@ -13,13 +17,17 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use indicatif::{ProgressBar, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
+use polyscan::Model;
 use polyscan::camera::{Camera, Sphere};
-use polyscan::obj::{Loader, Model};
-use polyscan::render::{Over, Plus};
-use polyscan::{BspTree, Fragment, Framebuffer, Painter, Scanline, Vertex, ZBuffer};
+use polyscan::glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
+use polyscan::obj::Loader;
+use polyscan::render::{Additive, Over};
+use polyscan::{
+    BspTree, Fragment, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, Vertex,
+    ZBufferRenderer,
+};
 
 mod cli;
 mod studio;
@@ -46,45 +54,10 @@ Options:
   -h, --help             Show this help
 ";
 
-struct Options {
-    view: View,
-    output: PathBuf,
-    /// Width and height of the scene in pixels.
-    size: (u32, u32),
-    /// How often each renderer is timed.
-    frames: u32,
-}
-
-impl Options {
-    fn read() -> Result<Self, Box<dyn Error>> {
-        let (view, output) = (View::default(), PathBuf::from("target/renderers.png"));
-        let mut options = Self { view, output, size: (480, 360), frames: 7 };
-        let mut parser = Parser::from_env();
-        while let Some(arg) = parser.next()? {
-            match arg {
-                Arg::Value(model) => options.view.model = model.into(),
-                Arg::Long("yaw") => options.view.yaw = parser.value()?.parse_with(parse_degrees)?,
-                Arg::Long("pitch") => {
-                    options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
-                }
-                Arg::Long("output") => options.output = cli::png(parser.value()?)?,
-                Arg::Long("size") => {
-                    options.size = parser.value()?.parse_with(|text| parse_size(text, 8192))?;
-                }
-                Arg::Long("frames") => {
-                    options.frames =
-                        parser.value()?.parse_with(|text| cli::number(text, 1..=1000))?;
-                }
-                Arg::Short('h') | Arg::Long("help") => cli::show(HELP),
-                Arg::Short(_) | Arg::Long(_) => return Err(arg.unexpected().into()),
-            }
-        }
-        Ok(options)
-    }
-}
-
 /// Each pixel is the mean of this many samples in x and in y.
 const SAMPLES: u32 = 2;
+/// Floats that go from the vertices to the pixels.
+const N: usize = Surface::LEN;
 /// The colour behind everything, in linear light.
 const BACKGROUND: Vec4 = vec4(0.68, 0.76, 0.82, 1.0);
 
@@ -167,8 +140,8 @@ fn compare(
     let (clip_from_object, lamp) = (camera.clip_from_object(), Lamp::beside(camera));
     let part = Part { scene, faces, tree: &tree, clip_from_object };
     let mut counts = Framebuffer::new(width, height, 0u32)?;
-    let count = |_: &Fragment<'_, 5>| Plus(1);
-    Painter::new(counts.viewport()).draw(&mut counts, &tree, clip_from_object, count);
+    let mut painter = PainterRenderer::new(counts.viewport());
+    painter.draw(&mut counts, tree.seen_by(clip_from_object), |_| Additive(1));
 
     let mut results = Vec::new();
     for (renderer, name) in RENDERERS {
@@ -238,7 +211,7 @@ fn picture(comparison: &Comparison) -> Result<Framebuffer<Vec4>, Box<dyn Error>>
         let grey = 0.45 + 0.45 * color.dot(vec4(0.2126, 0.7152, 0.0722, 0.0));
         *color = if differs { vec4(0.8, 0.05, 0.02, 1.0) } else { Vec3::splat(grey).extend(1.0) };
     }
-    let [left, right] = [scanline.frame.reduced(SAMPLES)?, marked.reduced(SAMPLES)?];
+    let [left, right] = [scanline.frame.downsampled(SAMPLES)?, marked.downsampled(SAMPLES)?];
     let width = left.width();
     let mut both = Framebuffer::new(2 * width, left.height(), BACKGROUND)?;
     let width = width as usize;
@@ -257,7 +230,7 @@ struct Part<'a> {
     scene: &'a Scene<'a>,
     /// How many faces, from the first.
     faces: usize,
-    tree: &'a BspTree<5>,
+    tree: &'a BspTree<N>,
     clip_from_object: Mat4,
 }
 
@@ -271,20 +244,21 @@ impl Part<'_> {
     ) {
         let (scene, matrix) = (self.scene, self.clip_from_object);
         let faces = &scene.faces[..self.faces];
-        let shade = |f: &Fragment<'_, 5>| shader(f.face as usize, f.params.into());
+        let shade = |f: &Fragment<'_, N>| shader(f.face as usize, f.params.into());
         if renderer == Renderer::Painter {
-            Painter::new(frame.viewport()).draw(frame, self.tree, matrix, shade);
+            PainterRenderer::new(frame.viewport()).draw(frame, self.tree.seen_by(matrix), shade);
             return;
         }
-        let in_clip_space = |v: &Vertex<5>| Vertex { position: matrix * v.position, ..*v };
+        let in_clip_space = |v: &Vertex<N>| Vertex { position: matrix * v.position, ..*v };
         let vertices: Vec<_> = scene.vertices.iter().map(in_clip_space).collect();
         match renderer {
             Renderer::DepthSort => {
-                Painter::new(frame.viewport()).draw_sorted(frame, &vertices, faces, shade);
+                let sorted = Mesh::new(&vertices, faces).back_to_front();
+                PainterRenderer::new(frame.viewport()).draw(frame, sorted, shade);
             }
             Renderer::ZBuffer => {
-                let mut z_buffer = ZBuffer::new(frame.viewport());
-                z_buffer.draw_mesh(frame, &vertices, &faces[..scene.glass], shade);
+                let mut z_buffer = ZBufferRenderer::new(frame.viewport());
+                z_buffer.draw(frame, Mesh::new(&vertices, &faces[..scene.glass]), shade);
                 // The best that it can do: the panes from the farthest middle to the nearest.
                 let middle = |&face: &usize| -> f32 {
                     let ws = faces[face].iter().map(|&i| vertices[i as usize].position.w);
@@ -294,15 +268,14 @@ impl Part<'_> {
                 panes.sort_by(|a, b| middle(b).total_cmp(&middle(a)));
                 z_buffer.depth_write = false;
                 let sorted = panes.iter().map(|&face| &faces[face]);
-                z_buffer.draw_mesh(frame, &vertices, sorted, |f| {
+                z_buffer.draw(frame, Mesh::new(&vertices, sorted), |f| {
                     shader(panes[f.face as usize], f.params.into())
                 });
             }
             Renderer::Painter | Renderer::Scanline => {
-                let mut scanline = Scanline::new(frame.viewport());
-                let prepared = scanline.scene(&vertices, faces);
                 let is_glass = |face| face as usize >= scene.glass;
-                prepared.transparent(is_glass).draw_on(frame, shade);
+                let mesh = Mesh::new(&vertices, faces).with_transparent(&is_glass);
+                ScanlineRenderer::new(frame.viewport()).draw(frame, mesh, shade);
             }
         }
     }
@@ -323,7 +296,7 @@ enum Look {
 /// Faces in object space: opaque ones first.
 struct Scene<'a> {
     model: &'a Model,
-    vertices: Vec<Vertex<5>>,
+    vertices: Vec<Vertex<N>>,
     faces: Vec<Vec<u32>>,
     looks: Vec<Look>,
     /// The number of the first face that is glass.
@@ -337,10 +310,9 @@ impl<'a> Scene<'a> {
         let nothing = Sphere { centre: Vec3::ZERO, radius: 1.0 };
         let sphere = model.bounding_sphere().unwrap_or(nothing);
         let (centre, size) = (sphere.centre, sphere.radius);
-        let surface = |v: &polyscan::obj::ModelVertex| Surface { uv: v.uv, normal: v.normal };
         let mut scene = Self {
             model,
-            vertices: model.vertices_with(Mat4::IDENTITY, surface),
+            vertices: studio::vertices(model, Mat4::IDENTITY),
             faces: model.faces().map(|face| face.indices.to_vec()).collect(),
             looks: model.faces().map(|face| Look::Model(face.material)).collect(),
             glass: 0,
@@ -423,4 +395,43 @@ fn with_hole(outer: &[Vec2], size: f32) -> Vec<Vec2> {
     let hole = || outer.iter().map(|&p| p * size);
     let first = || outer.iter().take(1).copied();
     outer.iter().copied().chain(first()).chain(hole().take(1)).chain(hole().rev()).collect()
+}
+
+// ----------------------------------------------------------------------------------------- options
+
+struct Options {
+    view: View,
+    output: PathBuf,
+    /// Width and height of the scene in pixels.
+    size: (u32, u32),
+    /// How often each renderer is timed.
+    frames: u32,
+}
+
+impl Options {
+    fn read() -> Result<Self, Box<dyn Error>> {
+        let (view, output) = (View::default(), PathBuf::from("target/renderers.png"));
+        let mut options = Self { view, output, size: (480, 360), frames: 7 };
+        let mut parser = Parser::from_env();
+        while let Some(arg) = parser.next()? {
+            match arg {
+                Arg::Value(model) => options.view.model = model.into(),
+                Arg::Long("yaw") => options.view.yaw = parser.value()?.parse_with(parse_degrees)?,
+                Arg::Long("pitch") => {
+                    options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
+                }
+                Arg::Long("output") => options.output = cli::png(parser.value()?)?,
+                Arg::Long("size") => {
+                    options.size = parser.value()?.parse_with(|text| parse_size(text, 8192))?;
+                }
+                Arg::Long("frames") => {
+                    options.frames =
+                        parser.value()?.parse_with(|text| cli::number(text, 1..=1000))?;
+                }
+                Arg::Short('h') | Arg::Long("help") => cli::show(HELP),
+                Arg::Short(_) | Arg::Long(_) => return Err(arg.unexpected().into()),
+            }
+        }
+        Ok(options)
+    }
 }

@@ -6,6 +6,13 @@
 //! w = 1 / s_{n+1}, and r_i = s_i w (Heckbert and Moreton 1991, section 3.5); if all w are equal, there
 //! is nothing to divide. What a shader sees of this is in `fragment::pixel`.
 //!
+//! ```text
+//!     a block in the row of a long run:    [0 1 2 3 4 5 6 7 8 9 . . . . . 15]
+//!
+//!     in two rows of short runs:           [0 1 2 3 4 5 6 7]
+//!                                          [8 9 . . . .  15]
+//! ```
+//!
 //! The end is that of the polygon, visible or not. So a fragment is a function of the polygon and
 //! the pixel alone, and a picture is the same to the bit however it is cut into tiles.
 

@@ -82,8 +82,15 @@
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
 //! | `render::png_file` | PNG files, whole or row by row |
-//! | [`texture`] | pictures to sample |
-//! | `obj` | OBJ and MTL files to polygons |
+//!
+//! **Pictures and models**
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::texels`; decoded by `texture::light` from `texture::picture`s and `texture::file`s; `texture::wrap` finds the texels at a point, `texture::sample` the colour |
+//! | [`camera`] | a camera that sees the whole of an object, by the `camera::sphere` around it |
+//! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them; `model::normals` that they lack |
+//! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s and `obj::warning`s; texts from `obj::file`s, their `obj::lines`; the `obj::plain` form of both, for which `obj::mtl` follows `obj::paths`; `obj::materials`; and `obj::read`, which joins them |
 //!
 //! A polygon keeps its sides; nothing is triangulated on the way.
 //!
@@ -165,6 +172,8 @@
 //!   SIGGRAPH 1980; M. Newell, R. Newell and T. Sancha, "A Solution to the Hidden Surface Problem",
 //!   ACM 1972: the painter's renderer.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 mod round;
 mod simd;
 mod scalar;
@@ -190,6 +199,8 @@ pub mod render;
 pub mod texture;
 pub mod camera;
 #[cfg(feature = "obj")]
+pub mod model;
+#[cfg(feature = "obj")]
 pub mod obj;
 #[cfg(test)]
 mod test_rng;
@@ -200,6 +211,8 @@ pub use glam;
 pub use self::camera::Camera;
 pub use self::coverage::FillRule;
 pub use self::fragment::{Fragment, FragmentBlock};
+#[cfg(feature = "obj")]
+pub use self::model::Model;
 pub use self::outline::Outline;
 pub use self::parameter_matrix::ParameterMatrix;
 pub use self::render::{
@@ -218,6 +231,6 @@ pub use self::viewport::{Rect, SizeError, Viewport};
 pub use image;
 
 /// The README's code, compiled and run.
-#[cfg(all(doctest, feature = "image"))]
+#[cfg(all(doctest, feature = "png"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -37,6 +37,42 @@ pub trait Outline<const N: usize> {
     fn contours(&self) -> impl Iterator<Item = &[Vertex<N>]>;
 }
 
+/// One contour of an [`Outline`]: a list of vertices with `N` parameters each.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a contour of vertices with `{N}` parameters",
+    label = "neither a vertex with {N} parameters nor a contour of them",
+    note = "the vertices and the renderer or scan converter must have the same number of parameters, \
+            here `{N}`"
+)]
+pub trait Contour<const N: usize> {
+    /// The vertices, in the order in which the contour runs.
+    fn vertices(&self) -> &[Vertex<N>];
+}
+
+impl<const N: usize> Contour<N> for [Vertex<N>] {
+    fn vertices(&self) -> &[Vertex<N>] {
+        self
+    }
+}
+
+impl<const N: usize, const K: usize> Contour<N> for [Vertex<N>; K] {
+    fn vertices(&self) -> &[Vertex<N>] {
+        self
+    }
+}
+
+impl<const N: usize> Contour<N> for Vec<Vertex<N>> {
+    fn vertices(&self) -> &[Vertex<N>] {
+        self
+    }
+}
+
+impl<const N: usize, C: Contour<N> + ?Sized> Contour<N> for &C {
+    fn vertices(&self) -> &[Vertex<N>] {
+        (**self).vertices()
+    }
+}
+
 impl<const N: usize> Outline<N> for [Vertex<N>] {
     #[inline]
     fn contours(&self) -> impl Iterator<Item = &[Vertex<N>]> {
@@ -58,21 +94,21 @@ impl<const N: usize> Outline<N> for Vec<Vertex<N>> {
     }
 }
 
-impl<const N: usize, C: AsRef<[Vertex<N>]>> Outline<N> for [C] {
+impl<const N: usize, C: Contour<N>> Outline<N> for [C] {
     #[inline]
     fn contours(&self) -> impl Iterator<Item = &[Vertex<N>]> {
-        self.iter().map(AsRef::as_ref)
+        self.iter().map(Contour::vertices)
     }
 }
 
-impl<const N: usize, C: AsRef<[Vertex<N>]>, const K: usize> Outline<N> for [C; K] {
+impl<const N: usize, C: Contour<N>, const K: usize> Outline<N> for [C; K] {
     #[inline]
     fn contours(&self) -> impl Iterator<Item = &[Vertex<N>]> {
         self.as_slice().contours()
     }
 }
 
-impl<const N: usize, C: AsRef<[Vertex<N>]>> Outline<N> for Vec<C> {
+impl<const N: usize, C: Contour<N>> Outline<N> for Vec<C> {
     #[inline]
     fn contours(&self) -> impl Iterator<Item = &[Vertex<N>]> {
         self.as_slice().contours()

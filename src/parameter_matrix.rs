@@ -1,6 +1,6 @@
 //! The paper's equation (1): parameters from screen positions by one matrix.
 //!
-//! The scan converter keeps each value as a [surface](crate::surface). [`ParameterMatrix`] is the same
+//! The scan converter keeps each value as a plane over the screen. [`ParameterMatrix`] is the same
 //! function found by another route, from homogeneous coordinates without any division by w (Heckbert
 //! and Moreton 1991, sections 2 and 3): it evaluates parameters anywhere on the screen, without
 //! stepping, for polygons that reach behind the eye as well.

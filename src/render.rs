@@ -51,6 +51,7 @@ mod png_file;
 
 pub use self::bsp::BspTree;
 pub use self::depth::DepthTest;
+pub use self::faces::FaceIndices;
 pub use self::framebuffer::Framebuffer;
 pub use self::front::OneThread;
 pub use self::geometry::{Geometry, Mesh, PosedTree};

@@ -129,6 +129,7 @@ pub struct DepthBias {
 /// # Ok::<(), polyscan::SizeError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Settings<const N: usize> {
     /// Where on the framebuffer the view volume goes.
     pub viewport: Viewport,

@@ -2,6 +2,16 @@
 //!
 //! A span carries the values of (z, s_1 .. s_n, s_{n+1}) at its start and their change per pixel.
 //! A renderer may step them itself, or go on to [fragments](crate::fragment), one by one or in blocks.
+//! Those do not step: each is found from the polygon's far end alone, visible or not, where 1/w is
+//! smallest. So errors do not add up, and a picture is the same however it is cut into tiles.
+//!
+//! ```text
+//!       near end                          far end: the values are given here
+//!         |<------------ l pixels ----------->|
+//!         [][][][][][][][][][][][][][][][][][][]     v = a + d l, for each pixel alone
+//!             |                   |
+//!             the columns that are visible: a part of the run
+//! ```
 
 use std::ops::Range;
 
@@ -104,6 +114,7 @@ impl<'a, const N: usize> Span<'a, N> {
     /// The fragments, from left to right: depth, w and parameters of each pixel.
     ///
     /// [`for_each_block`](Self::for_each_block) is several times as fast.
+    #[must_use]
     pub fn fragments(&self) -> Fragments<'_, N> {
         Fragments { span: self, next: self.columns.start, block: None }
     }

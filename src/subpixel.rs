@@ -3,6 +3,16 @@
 //! A position in clip space goes in; it is divided by w, mapped to the viewport and rounded to 1/256
 //! pixel, half to even, as GPUs (and Mesa) do. From there on coverage is exact. Everything that asks
 //! which pixels a polygon touches begins with these points.
+//!
+//! ```text
+//!     256 subpixels
+//!     |<--------->|
+//!     +-----------+     o  a vertex, at 100.5 subpixels from the left and 61.2 from the top
+//!     |   x o     |     x  the point that it is rounded to: 100, since half goes to even, and 61
+//!     |     .     |     .  the pixel's centre, at 128, 128
+//!     |           |
+//!     +-----------+
+//! ```
 
 use glam::DVec4;
 

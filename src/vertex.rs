@@ -36,6 +36,7 @@ impl<const N: usize> Vertex<N> {
 
 /// How a parameter is interpolated between the vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Interpolation {
     /// Rational linear interpolation: linear on the polygon, correct in perspective (Heckbert and
     /// Moreton 1991, section 3.5).

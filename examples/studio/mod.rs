@@ -3,9 +3,10 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use glam::{Vec2, Vec3, vec3};
-use polyscan::obj::{Loader, Material, Model};
-use polyscan::{Camera, record};
+use polyscan::glam::{Mat4, Vec2, Vec3, vec3};
+use polyscan::model::{Material, Model};
+use polyscan::obj::Loader;
+use polyscan::{Camera, Vertex, record};
 
 use crate::cli;
 
@@ -59,6 +60,11 @@ record! {
         pub(crate) uv: Vec2,
         pub(crate) normal: Vec3,
     }
+}
+
+/// The model's vertices in clip space.
+pub(crate) fn vertices(model: &Model, clip_from_object: Mat4) -> Vec<Vertex<{ Surface::LEN }>> {
+    model.vertices_with(clip_from_object, |v| Surface { uv: v.uv, normal: v.normal })
 }
 
 /// A lamp beside the camera, above its right shoulder.

@@ -16,8 +16,8 @@
 use libfuzzer_sys::fuzz_target;
 use polyscan::fragment::LANES;
 use polyscan::{
-    DepthSource, DepthTest, Fragment, FragmentBlock, Framebuffer, Rect, ScanConverter, Vertex,
-    Viewport, ZBufferRenderer,
+    DepthBias, DepthMode, DepthTest, Fragment, FragmentBlock, Framebuffer, Mesh, Rect,
+    ScanConverter, Settings, Vertex, Viewport, ZBufferRenderer,
 };
 use polyscan_fuzz::{Bytes, N};
 
@@ -96,7 +96,12 @@ impl Call {
         Some(color)
     }
 
-    fn draw(&self, renderer: &mut ZBufferRenderer<N>, frame: &mut Framebuffer<Color>, corner: (i32, i32)) {
+    fn draw(
+        &self,
+        renderer: &mut ZBufferRenderer<N>,
+        frame: &mut Framebuffer<Color>,
+        corner: (i32, i32),
+    ) {
         renderer.depth_test = self.depth_test;
         renderer.depth_write = self.depth_write;
         let shader = |fragment: &Fragment<'_, N>| self.shade(fragment, corner);
@@ -114,11 +119,11 @@ impl Call {
             (None, By::Fragment) => renderer.draw(frame, vertices, shader),
             (None, By::Block) => renderer.draw_blocks(frame, vertices, block_shader),
             (None, By::DepthAlone) => renderer.draw_depth(frame, vertices),
-            (Some(faces), By::Fragment) => renderer.draw(frame, polyscan::Mesh::new(vertices, faces), shader),
+            (Some(faces), By::Fragment) => renderer.draw(frame, Mesh::new(vertices, faces), shader),
             (Some(faces), By::Block) => {
-                renderer.draw_blocks(frame, polyscan::Mesh::new(vertices, faces), block_shader);
+                renderer.draw_blocks(frame, Mesh::new(vertices, faces), block_shader);
             }
-            (Some(faces), By::DepthAlone) => renderer.draw_depth(frame, polyscan::Mesh::new(vertices, faces)),
+            (Some(faces), By::DepthAlone) => renderer.draw_depth(frame, Mesh::new(vertices, faces)),
         }
     }
 
@@ -131,7 +136,7 @@ impl Call {
 
     /// The same as [`draw`](Self::draw), pixel by pixel, by the documentation's words.
     fn draw_plainly(&self, scan: &mut ScanConverter<N>, frame: &mut Framebuffer<Color>) {
-        let corner = (0, 0);
+        let (corner, mode) = ((0, 0), scan.settings.depth);
         for polygon in self.polygons() {
             for span in scan.spans(&polygon) {
                 for fragment in span.fragments() {
@@ -140,7 +145,7 @@ impl Call {
                     };
                     let Some((_, old)) = frame.pixel(x, y) else { continue };
                     let index = y as usize * frame.width() as usize + x as usize;
-                    if !passes(self.depth_test, fragment.depth, old) {
+                    if !passes(self.depth_test, mode, fragment.depth, old) {
                         continue;
                     }
                     if self.by != By::DepthAlone {
@@ -165,15 +170,17 @@ fn face(bytes: &mut Bytes<'_>) -> Vec<u32> {
     (0..bytes.below(7)).map(|_| index(bytes)).collect()
 }
 
-fn passes(test: DepthTest, new: f32, old: f32) -> bool {
+fn passes(test: DepthTest, mode: DepthMode, new: f32, old: f32) -> bool {
+    let (is_nearer, is_farther) =
+        if mode.is_greater_nearer() { (new > old, new < old) } else { (new < old, new > old) };
     match test {
         DepthTest::Never => false,
-        DepthTest::Nearer => new < old,
+        DepthTest::Nearer => is_nearer,
         DepthTest::Equal => new == old,
-        DepthTest::NearerOrEqual => new <= old,
-        DepthTest::Farther => new > old,
+        DepthTest::NearerOrEqual => is_nearer || new == old,
+        DepthTest::Farther => is_farther,
         DepthTest::NotEqual => new != old,
-        DepthTest::FartherOrEqual => new >= old,
+        DepthTest::FartherOrEqual => is_farther || new == old,
         DepthTest::Always => true,
     }
 }
@@ -207,17 +214,18 @@ fn pixel(frame: &Framebuffer<Color>, x: u32, y: u32) -> (Color, u32) {
 }
 
 /// Where a pixel is neither in the viewport nor in the scissor, nothing may be drawn.
-fn check_outside(frame: &Framebuffer<Color>, scan: &ScanConverter<N>, depth: [f32; 2]) {
+fn check_outside(frame: &Framebuffer<Color>, settings: &Settings<N>, depth: [f32; 2]) {
     let within = |rect: Rect, x: u32, y: u32| {
         let one = |pixel: u32, start: i32, size: u32| {
             (0..i64::from(size)).contains(&(i64::from(pixel) - i64::from(start)))
         };
         one(x, rect.x, rect.width) && one(y, rect.y, rect.height)
     };
-    let viewport = scan.settings.viewport.rect();
+    let viewport = settings.viewport.rect();
+    let scissor = settings.scissor.unwrap_or(viewport);
     for y in 0..frame.height() {
         for x in 0..frame.width() {
-            if !within(viewport, x, y) || !within(scan.settings.scissor.unwrap_or(viewport), x, y) {
+            if !within(viewport, x, y) || !within(scissor, x, y) {
                 let untouched = (UNTOUCHED, bits(depth[y as usize % 2]));
                 assert_eq!(pixel(frame, x, y), untouched, "pixel {x}, {y}");
             }
@@ -240,7 +248,7 @@ fn viewport(bytes: &mut Bytes<'_>, size: [u32; 2]) -> Viewport {
         0x80..0xc0 => (i32::from(bytes.byte()) - 128, i32::from(bytes.byte()) - 128),
         _ => (i32::from(bytes.short()), i32::from(bytes.short())),
     };
-    let viewport = viewport.at(corner.0, corner.1);
+    let viewport = viewport.with_corner(corner.0, corner.1);
     if bytes.once(64) { viewport.with_depth(bytes.number(), bytes.number()) } else { viewport }
 }
 
@@ -250,9 +258,17 @@ fuzz_target!(|data: &[u8]| {
     let depth = if bytes.once(64) { [bytes.number(), bytes.number()] } else { [1.0, 0.5] };
     let viewport = viewport(bytes, size);
     let mut renderer = ZBufferRenderer::new(viewport);
-    renderer.scan = bytes.scan_converter(viewport);
-    renderer.depth_source =
-        bytes.one_of([DepthSource::Z, DepthSource::Z, DepthSource::Z, DepthSource::InverseW]);
+    renderer.settings = bytes.settings(viewport);
+    let tag = bytes.byte();
+    renderer.settings.depth = match tag % 4 {
+        0 | 1 => DepthMode::Standard,
+        2 => DepthMode::Reversed,
+        _ => DepthMode::InverseW,
+    };
+    if tag >= 0xe0 {
+        renderer.settings.depth_bias =
+            DepthBias { constant: bytes.number(), slope: bytes.number() };
+    }
     let tile_size = [1 + bytes.below(17) as u32, 1 + bytes.below(HEIGHT as usize) as u32];
     let tile_corner =
         [bytes.below(WIDTH as usize) as u32, bytes.below(size[1].max(HEIGHT) as usize) as u32];
@@ -266,16 +282,18 @@ fuzz_target!(|data: &[u8]| {
     for call in &calls {
         call.draw(&mut renderer, &mut whole, (0, 0));
     }
-    check_outside(&whole, &renderer.scan, depth);
+    check_outside(&whole, &renderer.settings, depth);
 
     // The same calls in another way: by fragments where those tell all, else once more.
     let Rect { width, height, .. } = viewport.rect();
-    let plain = renderer.depth_source == DepthSource::Z
+    let plain = renderer.settings.depth != DepthMode::InverseW
         && height <= 100
         && u64::from(width) * u64::from(height) <= PIXELS;
+    let mut scan = ScanConverter::new(viewport);
+    scan.settings = renderer.settings.clone();
     for call in &calls {
         if plain {
-            call.draw_plainly(&mut renderer.scan, &mut again);
+            call.draw_plainly(&mut scan, &mut again);
         } else {
             call.draw(&mut renderer, &mut again, (0, 0));
         }
@@ -287,7 +305,7 @@ fuzz_target!(|data: &[u8]| {
     // A tile: the viewport and the scissor move, the tile's corner comes to pixel (0, 0).
     let [left, top] = tile_corner.map(|pixel| pixel as i32);
     let rect = viewport.rect();
-    renderer.settings.viewport = viewport.at(rect.x - left, rect.y - top);
+    renderer.settings.viewport = viewport.with_corner(rect.x - left, rect.y - top);
     if let Some(scissor) = &mut renderer.settings.scissor {
         scissor.x = scissor.x.saturating_sub(left);
         scissor.y = scissor.y.saturating_sub(top);

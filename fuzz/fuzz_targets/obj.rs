@@ -21,9 +21,10 @@ use std::io::Cursor;
 use std::path::{Component, Path, PathBuf};
 use std::sync::LazyLock;
 
-use image::{ImageFormat, ImageReader};
 use libfuzzer_sys::fuzz_target;
-use polyscan::obj::{Loaded, Loader, MAX_LIBRARIES, Model, ObjError, Warning};
+use polyscan::image::{self, ImageFormat, ImageReader};
+use polyscan::Model;
+use polyscan::obj::{Loaded, Loader, MAX_LIBRARIES, ObjError, Warning};
 use polyscan::texture::{Texture, TextureError};
 
 /// The most texels of a picture that is tried.

@@ -133,11 +133,10 @@ fn visible_w(scan: &ScanConverter<N>, polygon: &[Vertex<N>]) -> (f32, f32) {
     let mut planes: Vec<ClipPlane> = scan.settings.clip_space.frustum()[..2].to_vec();
     planes.extend(&scan.settings.planes);
     let mut clipper = Clipper::new();
-    let visible = match clipper.clip(polygon, &planes) {
-        Clipped::Polygon(visible) => visible,
-        Clipped::Inside | Clipped::Outside => polygon,
-    };
-    extent(visible.iter().map(|v| v.position.w))
+    match clipper.clip(polygon, &planes) {
+        Clipped::Polygon(visible) => extent(visible.iter().map(|v| v.rounded().position.w)),
+        Clipped::Inside | Clipped::Outside => extent(polygon.iter().map(|v| v.position.w)),
+    }
 }
 
 fn extent(values: impl Iterator<Item = f32>) -> (f32, f32) {
@@ -175,7 +174,8 @@ fuzz_target!(|data: &[u8]| {
     let bytes = &mut Bytes(data);
     let size = bytes.size();
     let viewport = bytes.viewport(size);
-    let mut scan = bytes.scan_converter(viewport);
+    let mut scan = ScanConverter::new(viewport);
+    scan.settings = bytes.settings(viewport);
     if size[1] > ROWS {
         // A part of a large viewport, so that the time stays bounded.
         let mut rect = scan.settings.scissor.unwrap_or_else(|| bytes.scissor(&viewport));

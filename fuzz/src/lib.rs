@@ -3,9 +3,10 @@
 //! Every string of bytes means something, and a changed byte changes little: numbers are tame, odd
 //! or raw bits by their first byte, vertices may repeat, and where the bytes end the polygon ends.
 
-use glam::{Vec4, vec4};
-use polyscan::clip::ClipPlane;
-use polyscan::{ClipSpace, Cull, Interpolation, Rect, ScanConverter, Vertex, Viewport};
+use polyscan::glam::{Vec4, vec4};
+use polyscan::{
+    ClipPlane, ClipSpace, Cull, FrontFace, Interpolation, Rect, Settings, Vertex, Viewport,
+};
 
 /// The number of parameters: one for each way of interpolation, and one more.
 pub const N: usize = 4;
@@ -146,8 +147,8 @@ impl Bytes<'_> {
         let viewport = Viewport::new(width, height).expect("at most 65536");
         let viewport = match self.byte() {
             0..0x80 => viewport,
-            0x80..0xf0 => viewport.at(self.short().into(), self.short().into()),
-            _ => viewport.at(self.word() as i32, self.word() as i32),
+            0x80..0xf0 => viewport.with_corner(self.short().into(), self.short().into()),
+            _ => viewport.with_corner(self.word() as i32, self.word() as i32),
         };
         if self.once(64) { viewport.with_depth(self.number(), self.number()) } else { viewport }
     }
@@ -169,21 +170,31 @@ impl Bytes<'_> {
         Rect { x: x.saturating_add(right), y: y.saturating_add(down), width, height }
     }
 
-    /// A scan converter with any settings; at most eight planes of the user's.
-    pub fn scan_converter(&mut self, viewport: Viewport) -> ScanConverter<N> {
-        let mut scan = ScanConverter::new(viewport);
-        scan.settings.scissor = self.once(80).then(|| self.scissor(&viewport));
-        scan.settings.clip_space = self.one_of([ClipSpace::ZeroToOne, ClipSpace::MinusOneToOne]);
-        scan.settings.cull = self.one_of([Cull::None, Cull::None, Cull::Back, Cull::Front]);
-        scan.settings.interpolation = std::array::from_fn(|_| {
+    /// Any settings but of depth; at most eight planes of the user's.
+    pub fn settings(&mut self, viewport: Viewport) -> Settings<N> {
+        use FrontFace::{Clockwise, CounterClockwise};
+        let mut settings = Settings::new(viewport);
+        settings.scissor = self.once(80).then(|| self.scissor(&viewport));
+        settings.clip_space = self.one_of([ClipSpace::ZeroToOne, ClipSpace::MinusOneToOne]);
+        (settings.cull, settings.front_face) = self.one_of([
+            (Cull::None, CounterClockwise),
+            (Cull::None, Clockwise),
+            (Cull::Back, CounterClockwise),
+            (Cull::Front, CounterClockwise),
+            (Cull::None, CounterClockwise),
+            (Cull::None, Clockwise),
+            (Cull::Back, Clockwise),
+            (Cull::Front, Clockwise),
+        ]);
+        settings.interpolation = std::array::from_fn(|_| {
             use Interpolation::{Flat, Linear, Perspective};
             self.one_of([Perspective, Perspective, Linear, Flat])
         });
         let planes = if self.once(40) { self.below(9) } else { 0 };
-        scan.settings.planes = (0..planes)
+        settings.planes = (0..planes)
             .map(|_| ClipPlane::new(Vec4::from_array(std::array::from_fn(|_| self.number()))))
             .collect();
-        scan
+        settings
     }
 
     /// A polygon: up to 40 vertices, seldom more.

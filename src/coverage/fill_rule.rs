@@ -21,6 +21,7 @@
 /// # Ok::<(), polyscan::SizeError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum FillRule {
     /// Where the number is not 0. A contour makes a hole if it runs in the other direction than the
     /// one around it.

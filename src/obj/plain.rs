@@ -1,36 +1,40 @@
 //! OBJ text, checked and rewritten in the plain form that `tobj` reads without surprise.
 //!
-//! `tobj` counts no lines, takes `l` for a face, fails on tabs, trusts indices, and at a corner
-//! without a texture coordinate or normal quietly repeats the one of the corner before. So each
-//! line is checked here, where its number is known, and written again:
+//! `tobj` counts no lines, takes `l` for a face, fails on tabs, and trusts indices. At a corner without
+//! a texture coordinate or normal it quietly repeats the one of the corner before. So each line is
+//! checked here, where its number is known, and written again. The plain text has:
 //!
 //! - `v` and `vn` with three numbers, `vt` with two;
-//! - every corner as `v/vt/vn`, counted from the beginning of the file. The first `vt` is NaN and
-//!   the first `vn` zero, values that stand for "none" and that no checked file can have itself;
-//! - faces gathered by material, after all `v`, `vt` and `vn`: a face may stand above what it
-//!   refers to, and `tobj` makes one mesh per material.
+//! - every corner as `v/vt/vn`, counted from the beginning of the file. The first `vt` is NaN and the
+//!   first `vn` is zero, which stand for "none". A checked file cannot have that NaN itself, and a
+//!   zero normal says no more than none;
+//! - faces gathered by material, after all `v`, `vt` and `vn`, because a face may stand above what it
+//!   refers to, and because `tobj` makes one mesh per material.
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::{LineError, MAX_CORNERS, MAX_LIBRARIES, MAX_MATERIALS};
+use crate::obj::error::LineError;
+use crate::obj::limits::{MAX_CORNERS, MAX_LIBRARIES, MAX_MATERIALS};
+use crate::obj::lines::{excerpt, finite, split_word, statements, words};
 
 /// An OBJ file in plain form.
 pub(super) struct Plain {
     /// The lines `v`, `vt` and `vn`.
     attributes: String,
-    /// The faces of each material, first those that name none.
+    /// The faces of each material. The first group is of faces that name none.
     groups: Vec<Group>,
-    /// What `mtllib` lines name.
+    /// The names in `mtllib` lines, one string a line.
     pub(super) libraries: Vec<String>,
 }
 
+/// The faces of one material.
 struct Group {
-    /// The name that `usemtl` gives; empty in the first.
+    /// The name that `usemtl` gives; empty in the first group.
     material: String,
-    /// The first line with that name.
+    /// The first line with that name, counted from 1; 0 in the first group.
     line: usize,
+    /// The lines `f`.
     faces: String,
 }
 
@@ -68,33 +72,42 @@ pub(super) fn rewrite(text: &str) -> Result<Plain, (usize, LineError)> {
     rewriter.finish()
 }
 
-/// What a corner refers to: in the order of `v/vt/vn`, and with what the plain text has in front.
+/// A kind of value that corners refer to.
 struct Attribute {
+    /// Its name in messages.
     what: &'static str,
+    /// The first word of its lines.
     keyword: &'static str,
-    /// How many numbers it has, and how many of them the file must give.
+    /// How many numbers it has in the plain text.
     size: usize,
+    /// How many of them the file must give.
     needed: usize,
-    /// How many values that the file does not have stand in front.
+    /// How many values the plain text has before those of the file.
     shift: u64,
 }
 
+/// In the order of `v/vt/vn`.
 const ATTRIBUTES: [Attribute; 3] = [
     Attribute { what: "position", keyword: "v", size: 3, needed: 3, shift: 0 },
     Attribute { what: "texture coordinate", keyword: "vt", size: 2, needed: 1, shift: 1 },
     Attribute { what: "normal", keyword: "vn", size: 3, needed: 3, shift: 1 },
 ];
 
+/// The state between two lines.
 struct Rewriter {
     plain: Plain,
+    /// The group of each material by its name.
     group_of: HashMap<String, usize>,
     /// The group that faces go to.
     group: usize,
+    /// The line that is read, counted from 1.
     line: usize,
+    /// How many face corners there are so far.
     corners: u64,
     /// How many of each of [`ATTRIBUTES`] there are so far.
     counts: [u64; 3],
-    /// The highest index to each, and the line that has it; compared with the counts at the end.
+    /// The highest index to each of them, and the line that has it. At the end they are compared with
+    /// the counts.
     highest: [(u64, usize); 3],
 }
 
@@ -139,7 +152,7 @@ impl Rewriter {
         if found < needed {
             return Err(LineError::TooFewNumbers { what, needed, found });
         }
-        // A texture coordinate along a line has no v.
+        // One number is a texture coordinate along a line, which has no v.
         out.extend((found..size).map(|_| " 0"));
         out.push('\n');
         self.counts[kind] += 1;
@@ -158,7 +171,7 @@ impl Rewriter {
         self.plain.groups[self.group].faces.push('f');
         for word in words(rest) {
             let [v, vt, vn] = self.corner(word)?;
-            // A string takes whatever is written.
+            // Writing to a string cannot fail.
             let _ = write!(self.plain.groups[self.group].faces, " {v}/{vt}/{vn}");
         }
         self.plain.groups[self.group].faces.push('\n');
@@ -180,6 +193,7 @@ impl Rewriter {
         Ok([position, optional(1, vt)?, optional(2, vn)?])
     }
 
+    /// An index of a corner, counted from 1 in the plain text.
     fn resolve(&mut self, kind: usize, part: &str, word: &str) -> Result<u64, LineError> {
         let Attribute { what, shift, .. } = ATTRIBUTES[kind];
         let count = self.counts[kind];
@@ -232,7 +246,7 @@ impl Rewriter {
             ATTRIBUTES.iter().zip(self.counts).zip(self.highest)
         {
             if index > count {
-                // It was read as an i64.
+                // It was read as an `i64`, so it fits.
                 let index = index as i64;
                 let what = attribute.what;
                 return Err((line, LineError::IndexOutOfRange { what, index, count }));
@@ -240,59 +254,4 @@ impl Rewriter {
         }
         Ok(self.plain)
     }
-}
-
-/// Lines that say something, trimmed, each with its number from 1. A line that ends in a backslash
-/// is joined with the next, unless it is a comment: some end in the name of a folder.
-pub(super) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text.lines().map(str::trim).zip(1..);
-    let joined = std::iter::from_fn(move || {
-        let (mut part, line) = lines.next()?;
-        let mut joined = String::new();
-        while let Some(head) = part.strip_suffix('\\')
-            && !part.starts_with('#')
-        {
-            joined.extend([head, " "]);
-            part = lines.next().map_or("", |(next, _)| next);
-        }
-        if joined.is_empty() {
-            return Some((line, Cow::Borrowed(part)));
-        }
-        joined.push_str(part);
-        Some((line, Cow::Owned(joined)))
-    });
-    joined.filter(|(_, statement)| !statement.is_empty() && !statement.starts_with('#'))
-}
-
-/// The first word, and what follows it.
-pub(super) fn split_word(text: &str) -> (&str, &str) {
-    let text = text.trim();
-    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-    (word, rest.trim_start())
-}
-
-/// The words of a line of numbers, up to a comment.
-pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
-    text.split_whitespace().take_while(|word| !word.starts_with('#'))
-}
-
-/// The number that a word stands for.
-pub(super) fn finite(what: &'static str, word: &str) -> Result<f32, LineError> {
-    let number: f32 =
-        word.parse().map_err(|_| LineError::NotANumber { what, word: excerpt(word) })?;
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(LineError::NotFinite { what, word: excerpt(word) })
-    }
-}
-
-/// A word as a message can show it: at most 40 characters, none that would upset a terminal.
-fn excerpt(word: &str) -> String {
-    let mut start: String = word.chars().filter(|c| !c.is_control()).take(40).collect();
-    if start.len() < word.len() {
-        start.push_str("...");
-    }
-    start
 }

@@ -18,7 +18,7 @@ mod plane;
 mod partition;
 mod build;
 
-use crate::render::faces::FaceList;
+use crate::render::faces::{FaceIndices, FaceList};
 use crate::vertex::Vertex;
 
 pub(crate) use self::partition::{Group, NONE, Partition, Piece};
@@ -83,10 +83,7 @@ impl<const N: usize> BspTree<N> {
     /// most 16 n + 2^20 vertices of pieces, 32 bytes each, and 2^12 n + 2^24 comparisons of a vertex
     /// with a plane; what is not divided by then is left as it is, and the tree is not
     /// [exact](Self::is_exact).
-    pub fn new<F: AsRef<[u32]>>(
-        vertices: &[Vertex<N>],
-        faces: impl IntoIterator<Item = F>,
-    ) -> Self {
+    pub fn new<F: FaceIndices>(vertices: &[Vertex<N>], faces: impl IntoIterator<Item = F>) -> Self {
         let mut list = FaceList::default();
         // Numbers are u32: faces beyond them are left out.
         list.collect(&mut faces.into_iter(), NONE as usize);

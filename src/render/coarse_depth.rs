@@ -3,6 +3,15 @@
 //! "Hierarchical Z-Buffer Visibility", 1993, with two levels).
 //!
 //! Drawing only brings pixels nearer, so a bound that was true once stays true; but it grows loose.
+//!
+//! ```text
+//!     |<- 64 pixels ->|
+//!     +---------------+---------------+---
+//!     | farthest 0.71 | farthest 0.94 |       8 rows: a polygon at depth 0.8 is hidden in the left
+//!     +---------------+---------------+---    tile whatever its pixels are, in the right one it may
+//!     |               |               |       be seen
+//! ```
+//!
 //! It is found again from the tile's pixels when as many pixels were tested in the tile as it has:
 //! then looking at all of them costs a small part of what was spent there already.
 

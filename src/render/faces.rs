@@ -7,6 +7,42 @@ use crate::scalar::BATCH;
 /// Faces drawn at a time: enough to share among processors, and a bound for the memory.
 pub(crate) const MOST_AT_ONCE: usize = if cfg!(test) { 64 } else { 1 << 20 };
 
+/// A face of a mesh: a list of three or more indices into its vertices. Arrays, vectors and slices of
+/// `u32` are faces, as are the faces of a model, and references to all of them.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a face: a face is a list of `u32` indices such as `[u32; 3]`",
+    label = "this is not a list of indices",
+    note = "for a flat list of indices, three for each triangle, use `Mesh::triangles(&vertices, &indices)`"
+)]
+pub trait FaceIndices {
+    /// The indices, in the order in which the face's sides run.
+    fn indices(&self) -> &[u32];
+}
+
+impl FaceIndices for [u32] {
+    fn indices(&self) -> &[u32] {
+        self
+    }
+}
+
+impl<const K: usize> FaceIndices for [u32; K] {
+    fn indices(&self) -> &[u32] {
+        self
+    }
+}
+
+impl FaceIndices for Vec<u32> {
+    fn indices(&self) -> &[u32] {
+        self
+    }
+}
+
+impl<F: FaceIndices + ?Sized> FaceIndices for &F {
+    fn indices(&self) -> &[u32] {
+        (**self).indices()
+    }
+}
+
 /// Some faces of a mesh, in their order, as index lists end to end.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FaceList {
@@ -31,7 +67,7 @@ impl FaceList {
     }
 
     /// Takes the next faces, `most` of them if there are as many; whether there were any.
-    pub(crate) fn collect<F: AsRef<[u32]>>(
+    pub(crate) fn collect<F: FaceIndices>(
         &mut self,
         faces: &mut impl Iterator<Item = F>,
         most: usize,
@@ -42,7 +78,7 @@ impl FaceList {
         let mut len = 0;
         while len < most && self.indices.len() < most.saturating_mul(4) {
             let Some(face) = faces.next() else { break };
-            match face.as_ref() {
+            match face.indices() {
                 triangle @ [_, _, _] if self.ends.is_empty() => self.indices.extend(triangle),
                 face => self.push(len, face),
             }

@@ -2,8 +2,6 @@
 
 use std::ops::{Add, Mul};
 
-#[cfg(feature = "png")]
-use crate::render::png_file::{PngError, PngFile};
 use crate::render::target::{RenderTarget, Target, TargetError};
 use crate::viewport::{Rect, SizeError, Viewport};
 
@@ -184,8 +182,11 @@ impl<C: crate::color::Color> Framebuffer<C> {
     /// # Errors
     /// When the folder is not there or may not be written to, or the disk is full. The error names
     /// the file.
-    pub fn save_png(&self, path: impl AsRef<std::path::Path>) -> Result<(), PngError> {
-        let mut file = PngFile::new(path, self.width, self.height)?;
+    pub fn save_png(
+        &self,
+        path: impl AsRef<std::path::Path>,
+    ) -> Result<(), crate::render::png_file::PngError> {
+        let mut file = crate::render::png_file::PngFile::new(path, self.width, self.height)?;
         for row in self.color.chunks(self.width.max(1) as usize) {
             file.write_row(row)?;
         }

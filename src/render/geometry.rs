@@ -7,7 +7,7 @@ use glam::{DMat4, Mat4};
 
 use crate::outline::Outline;
 use crate::render::bsp::{BspTree, Partition};
-use crate::render::faces::FaceList;
+use crate::render::faces::{FaceIndices, FaceList};
 use crate::vertex::Vertex;
 use crate::vertices::Vertices;
 
@@ -129,11 +129,10 @@ impl<F, const N: usize> std::fmt::Debug for Mesh<'_, F, N> {
 }
 
 impl<'a, F, const N: usize> Mesh<'a, F, N> {
-    /// A mesh of faces that are index lists: arrays, vectors or slices of `u32`, or whatever gives
-    /// them by [`AsRef`].
+    /// A mesh of [faces](FaceIndices), each a list of indices: an array, vector or slice of `u32`.
     pub fn new(vertices: &'a [Vertex<N>], faces: F) -> Self
     where
-        F: IntoIterator<Item: AsRef<[u32]>>,
+        F: IntoIterator<Item: FaceIndices>,
     {
         Self { vertices, faces, transparent: None, order: MeshOrder::AsGiven }
     }
@@ -168,7 +167,7 @@ impl<'a, const N: usize> Mesh<'a, &'a [[u32; 3]], N> {
     }
 }
 
-impl<const N: usize, F: IntoIterator<Item: AsRef<[u32]>>> Submit<N> for Mesh<'_, F, N> {
+impl<const N: usize, F: IntoIterator<Item: FaceIndices>> Submit<N> for Mesh<'_, F, N> {
     fn submit(self, memory: &mut GeometryMemory<N>, most: usize, draw: &mut dyn FnMut(&Batch<'_>)) {
         let (order, most) = match self.order {
             MeshOrder::AsGiven => (Order::AsGiven, most),

@@ -65,16 +65,15 @@ pub enum PngError {
 ///
 /// ```
 /// use glam::{Vec3, vec4};
-/// use polyscan::{Scanline, Vertex, Viewport, render::PngFile};
+/// use polyscan::{Mesh, ScanlineRenderer, Vertex, Viewport, render::PngFile};
 ///
 /// let vertices = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)]
 ///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), [x, y, 0.0]));
 /// let path = std::env::temp_dir().join("triangle.png");
 /// let mut file = PngFile::opaque(&path, 300, 200)?;
-/// let mut renderer = Scanline::new(Viewport::new(300, 200)?);
-/// renderer.draw(&vertices, [[0, 1, 2]], Vec3::ZERO, |f| Vec3::from(f.params), |_, row| {
-///     file.write_row(row)
-/// })?;
+/// let mut renderer = ScanlineRenderer::new(Viewport::new(300, 200)?);
+/// let mesh = Mesh::new(&vertices, [[0, 1, 2]]);
+/// renderer.stream(mesh, Vec3::ZERO, |f| Vec3::from(f.params), |_, row| file.write_row(row))?;
 /// file.finish()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -177,3 +177,104 @@ impl Memory {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::vec4;
+
+    use super::ZBufferRenderer;
+    use crate::fragment::LANES;
+    use crate::fragment::block::RECIPROCALS;
+    use crate::render::depth::DepthTest;
+    use crate::render::framebuffer::Framebuffer;
+    use crate::render::geometry::Mesh;
+    use crate::settings::Cull;
+    use crate::test_rng::Rng;
+    use crate::vertex::Vertex;
+
+    const WIDTH: usize = 3 * LANES;
+    const HEIGHT: usize = 8;
+
+    /// The blocks that were divided, for each block that was drawn, and the calls of the shader that
+    /// drawing a quad takes, with the given w on its left and its right.
+    fn count(w: [f32; 2], depth_test: DepthTest) -> (f32, usize) {
+        let quad = [(-1.0, -1.0, w[0]), (1.0, -1.0, w[1]), (1.0, 1.0, w[1]), (-1.0, 1.0, w[0])]
+            .map(|(x, y, w)| Vertex::new(vec4(x * w, y * w, 0.5 * w, w), [x, y, 1.0]));
+        let mut frame = Framebuffer::new(WIDTH as u32, HEIGHT as u32, 0u32).expect("a small frame");
+        // Blocks begin at cache lines, wherever the allocator has put the rows.
+        let line_offset = frame.depth().as_ptr().addr() / size_of::<f32>() % LANES;
+        let blocks = HEIGHT * (line_offset + WIDTH).div_ceil(LANES);
+        let mut renderer = ZBufferRenderer::new(frame.viewport());
+        renderer.depth_test = depth_test;
+        let mut shaded = 0;
+        RECIPROCALS.set(0);
+        renderer.on_one_thread().draw(&mut frame, &quad, |_| {
+            shaded += 1;
+            1
+        });
+        (RECIPROCALS.get() as f32 / blocks as f32, shaded)
+    }
+
+    #[test]
+    fn one_reciprocal_a_visible_pixel_whatever_the_number_of_parameters() {
+        assert_eq!(count([1.0, 3.0], DepthTest::Nearer), (1.0, WIDTH * HEIGHT));
+    }
+
+    #[test]
+    fn hidden_pixels_cost_no_reciprocal() {
+        assert_eq!(count([1.0, 3.0], DepthTest::Farther), (0.0, 0));
+        assert_eq!(count([1.0, 3.0], DepthTest::Never), (0.0, 0));
+    }
+
+    #[test]
+    fn equal_w_costs_no_reciprocal() {
+        assert_eq!(count([3.7, 3.7], DepthTest::Nearer), (0.0, WIDTH * HEIGHT));
+    }
+
+    /// Chunks, batches and parts of vertices are small in tests, so that a mesh has many of each: the order
+    /// of faces across them, their numbers, and their clipped vertices must be those of faces drawn one by
+    /// one.
+    #[test]
+    fn a_mesh_of_many_chunks_is_drawn_as_its_faces_one_by_one() {
+        let mut rng = Rng(0x2545_f491_4f6c_dd1d);
+        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+        for number in 0..1500 {
+            // Triangles, quads and others, some of them clipped by the near plane or the eye, some alike
+            // in depth.
+            let sides = [3, 3, 3, 3, 4, 5, 7][rng.below(7) as usize];
+            let (x, y, depth) = (rng.float(1.2), rng.float(1.2), (number % 9) as f32 / 10.0);
+            let first = vertices.len() as u32;
+            let reaches_out = rng.below(10) == 0;
+            for _ in 0..sides {
+                let w = if reaches_out { rng.float(2.0) } else { 1.5 + rng.float(0.5) };
+                let [x, y] = [x, y].map(|c| c + rng.float(0.15));
+                vertices.push(Vertex::new(vec4(x * w, y * w, depth * w, w), [x, y, depth]));
+            }
+            faces.push((first..first + sides).collect::<Vec<u32>>());
+            if rng.below(50) == 0 {
+                faces.push(vec![first, first + 1]);
+                faces.push(vec![first, u32::MAX, first + 1]);
+            }
+        }
+        let frame = || Framebuffer::new(150, 140, [0u32; 4]).expect("a small frame");
+        let bits = |params: &[f32; 3]| params.map(f32::to_bits);
+        for cull in [Cull::None, Cull::Back] {
+            let (mut at_once, mut one_by_one) = (frame(), frame());
+            let mut renderer = ZBufferRenderer::new(at_once.viewport());
+            renderer.settings.cull = cull;
+            renderer.draw(&mut at_once, Mesh::new(&vertices, &faces), |f| {
+                let [r, g, b] = bits(&f.params);
+                [f.face, r, g, b]
+            });
+            for (face, number) in faces.iter().zip(0..) {
+                renderer.draw(&mut one_by_one, Mesh::new(&vertices, [face]), |f| {
+                    let [r, g, b] = bits(&f.params);
+                    [number, r, g, b]
+                });
+            }
+            assert!(at_once == one_by_one, "{cull:?}");
+            let drawn = at_once.color().iter().filter(|color| **color != [0; 4]).count();
+            assert!(drawn > 10_000, "only {drawn} pixels are drawn");
+        }
+    }
+}

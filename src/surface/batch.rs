@@ -176,3 +176,117 @@ fn wide<S: Simd, T, U: Into<f64>>(
 fn store<S: Simd>(lanes: &f64x8<S>) -> PerTriangle {
     (*lanes).into()
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use glam::{Vec4, vec4};
+
+    use super::{BATCH, GatheredTriangles, TriangleBatch};
+    use crate::coverage::triangle::TriangleEdges;
+    use crate::settings::Settings;
+    use crate::subpixel::SubpixelPoint;
+    use crate::surface::base::Divide;
+    use crate::surface::polygon::PolygonSurface;
+    use crate::surface::rows::SurfaceView;
+    use crate::test_rng::Rng;
+    use crate::vertex::{Interpolation, Vertex};
+    use crate::vertices::Vertices;
+    use crate::viewport::Viewport;
+
+    fn triangle(rng: &mut Rng) -> [Vertex<3>; 3] {
+        let size = [1e-4, 1e-2, 1.0, 100.0][rng.below(4) as usize];
+        let [x, y] = [0; 2].map(|_| rng.float(1.0));
+        let (w, ratio) = (1.0 + rng.float(0.9), [0.0, 0.1, 1e3, 1e12][rng.below(4) as usize]);
+        let mut triangle = [0; 3].map(|_| {
+            let w = w * (1.0 + ratio * (1.0 + rng.float(1.0)));
+            let [x, y, z] = [x + rng.float(size), y + rng.float(size), rng.float(1.0)];
+            let largest = [1.0, 1e4, f32::MAX][rng.below(16).saturating_sub(13) as usize];
+            let params = [0; 3].map(|_| rng.float(largest));
+            Vertex::new(vec4(x * w, y * w, z.abs() * w, w), params)
+        });
+        match rng.below(8) {
+            // On a line, or nearly so; a point.
+            0 => triangle[2].position = (triangle[0].position + triangle[1].position) * 0.5,
+            1 => triangle[2].position = triangle[1].position,
+            2 => triangle[1].params[0] = f32::NAN,
+            _ => {}
+        }
+        triangle
+    }
+
+    /// Whether a triangle needs no more than its planes, and edges that are exact.
+    fn is_plain(surface: &SurfaceView<'_>, points: &[SubpixelPoint; 3]) -> bool {
+        let extent = |axis: fn(&SubpixelPoint) -> i32| {
+            let values = points.each_ref().map(axis);
+            values.iter().max().zip(values.iter().min()).map_or(0, |(max, min)| max - min)
+        };
+        let is_exact = extent(|p| p.x).max(extent(|p| p.y)) <= 1 << 22;
+        is_exact && !surface.needs_edges() && surface.base.divide != Divide::Mixed
+    }
+
+    /// Everything that is set up, to the bit.
+    fn bits(surface: &SurfaceView<'_>) -> String {
+        let planes: Vec<_> =
+            surface.params.iter().map(|plane| plane.map(|lanes| lanes[surface.lane])).collect();
+        format!("{:?} {planes:?}", surface.base)
+    }
+
+    #[test]
+    fn eight_at_once_one_alone_and_any_polygon_are_set_up_alike() {
+        use Interpolation::{Flat, Linear, Perspective};
+        let viewport = Viewport::new(700, 300).expect("it is not too large");
+        let mut rng = Rng(0x9e37_79b9_7f4a_7c15);
+        let (mut plain, mut others) = (0, 0);
+        for round in 0..4000 {
+            let mut settings = Settings::new(viewport);
+            settings.interpolation = [[Perspective; 3], [Flat, Linear, Perspective]][round % 2];
+            let call = settings.call(viewport.rect(), &[]);
+            let triangles = [0; BATCH].map(|_| triangle(&mut rng));
+            let vertices = triangles.as_flattened();
+            let indices: [[u32; 3]; BATCH] =
+                std::array::from_fn(|lane| [0, 1, 2].map(|corner| 3 * lane as u32 + corner));
+            let project = |v: Vec4| SubpixelPoint::project(v.as_dvec4(), &viewport);
+            let mut gathered = GatheredTriangles::default();
+            gathered.resize(3);
+            (&vertices).gather(&indices, &mut gathered.positions, &mut gathered.params);
+            for (lane, triangle) in triangles.iter().enumerate() {
+                for (corner, vertex) in triangle.iter().enumerate() {
+                    gathered.points[corner][lane] = project(vertex.position);
+                }
+            }
+            for level in [Level::baseline(), Level::new()] {
+                let mut batch = TriangleBatch::default();
+                dispatch!(level, simd => batch.set_up(simd, &call, &gathered, &(0..300)));
+                for (lane, triangle) in triangles.iter().enumerate() {
+                    let positions = triangle.map(|v| v.position.as_dvec4());
+                    let mut params: Vec<f64> =
+                        triangle.iter().flat_map(|v| v.params).map(f64::from).collect();
+                    if round % 2 == 1 {
+                        (params[3], params[6]) = (params[0], params[0]);
+                    }
+                    let points = triangle.map(|v| project(v.position));
+                    let edges = points.map(|p| [p.x, p.y].map(f64::from));
+                    let (edges, traits) = TriangleEdges::new(edges, &(0..300));
+                    let face = (7, call.front_face.is_front(traits.is_clockwise));
+                    let (mut any, mut alone) =
+                        (PolygonSurface::default(), PolygonSurface::default());
+                    any.set_up(&call, face, &positions, &params, true);
+                    let found = batch.get(lane, &call, 7);
+                    assert_eq!(found.is_some(), is_plain(&any.view(), &points), "{triangle:?}");
+                    let Some((together, lines)) = found else {
+                        others += 1;
+                        continue;
+                    };
+                    assert!(alone.set_up_triangle(&call, face, &positions, &params));
+                    assert_eq!(bits(&alone.view()), bits(&any.view()), "{triangle:?}");
+                    assert_eq!(bits(&together), bits(&any.view()), "{triangle:?}");
+                    let taken = lines.edges.map(|lanes| lanes[lane]);
+                    assert_eq!(format!("{taken:?}"), format!("{edges:?}"), "{triangle:?}");
+                    plain += 1;
+                }
+            }
+        }
+        assert!(plain > 10_000 && others > 10_000, "{plain} {others}");
+    }
+}

@@ -1,4 +1,4 @@
-//! Textures from picture files: PNG by the `png` crate alone, the other formats by `image`.
+//! Texels from picture files: of PNG files by the `png` crate alone, of other formats by `image`.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
@@ -7,63 +7,28 @@ use std::path::Path;
 use glam::Vec4;
 use png::{BitDepth, Transformations};
 
-use super::{
-    MAX_DECODE_BYTES, MAX_FILE_TEXELS, MAX_SIDE, Texture, TextureError, from_pixels, light_of_8,
-    light_of_16,
-};
-
-/// From files.
-impl Texture {
-    /// The texture of a picture file for the eye: of a PNG file, told by its content.
-    ///
-    /// With the feature `image` it may also be a JPEG, BMP or PNM file, told by its content, or a TGA
-    /// file, told by its extension.
-    ///
-    /// Colours are sRGB, and are decoded before anything is averaged; alpha is linear, and the
-    /// colours are multiplied by it. Grey pictures get three equal channels, pictures without alpha
-    /// are opaque. Colour profiles are not applied.
-    ///
-    /// At most [`MAX_SIDE`] texels a side, [`MAX_FILE_TEXELS`] in all and [`MAX_DECODE_BYTES`] for
-    /// the decoder are allowed, so that a small file cannot ask for a machine's whole memory.
-    ///
-    /// # Errors
-    /// [`TextureError::Read`], [`TextureError::Decode`], [`TextureError::FeatureNeeded`] and
-    /// [`TextureError::TooLarge`] name the file and the cause; [`TextureError::Memory`] if there is
-    /// less than the limits allow.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, TextureError> {
-        Self::open_within(path.as_ref(), MAX_FILE_TEXELS)
-    }
-
-    /// The texture of a file that holds numbers, not colours: a normal map, roughness, height.
-    ///
-    /// The numbers are taken as they stand, scaled to 0 to 1; nothing is decoded, nothing multiplied
-    /// by alpha. Formats and limits are those of [`Texture::open`].
-    ///
-    /// # Errors
-    /// As [`Texture::open`].
-    pub fn open_data(path: impl AsRef<Path>) -> Result<Self, TextureError> {
-        read(path.as_ref(), MAX_FILE_TEXELS, Meaning::Numbers)
-    }
-
-    /// [`Texture::open`] with a lower limit on the number of texels.
-    pub(crate) fn open_within(path: &Path, limit: u64) -> Result<Self, TextureError> {
-        read(path, limit, Meaning::Colours)
-    }
-}
+use crate::texture::error::TextureError;
+use crate::texture::light::{light_of_8, light_of_16};
+use crate::texture::limits::{MAX_DECODE_BYTES, MAX_SIDE};
+#[cfg(feature = "image")]
+use crate::texture::picture;
+use crate::texture::texels::Texels;
 
 /// What the channels of a picture are.
 #[derive(Clone, Copy)]
-enum Meaning {
+pub(super) enum Meaning {
+    /// Colours for the eye, in sRGB.
     Colours,
+    /// Numbers that are taken as they stand.
     Numbers,
 }
 
 /// What every PNG file begins with (PNG specification, section 5.2).
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Reads a picture, unless it has more than `limit` texels or exceeds the limits of
-/// [`Texture::open`].
-fn read(path: &Path, limit: u64, meaning: Meaning) -> Result<Texture, TextureError> {
+/// Reads a picture, unless it has more than `limit` texels, a side above [`MAX_SIDE`], or takes more
+/// than [`MAX_DECODE_BYTES`] to decode.
+pub(super) fn read(path: &Path, limit: u64, meaning: Meaning) -> Result<Texels, TextureError> {
     let unreadable = |source| TextureError::Read { path: path.to_owned(), source };
     let mut file = BufReader::new(File::open(path).map_err(unreadable)?);
     let mut head = Vec::new();
@@ -82,7 +47,7 @@ fn read_png(
     file: impl BufRead + Seek,
     limit: u64,
     meaning: Meaning,
-) -> Result<Texture, TextureError> {
+) -> Result<Texels, TextureError> {
     let undecodable = |source: Box<dyn std::error::Error + Send + Sync>| TextureError::Decode {
         path: path.to_owned(),
         source,
@@ -90,7 +55,7 @@ fn read_png(
 
     let bytes = usize::try_from(MAX_DECODE_BYTES).unwrap_or(usize::MAX);
     let mut decoder = png::Decoder::new_with_limits(file, png::Limits { bytes });
-    // Palettes become colours, their alpha and clear colours a channel, and few bits 8.
+    // Palettes become colours, clear colours become an alpha channel, and fewer bits become 8.
     decoder.set_transformations(Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
@@ -111,28 +76,47 @@ fn read_png(
 
     let channels = frame.color_type.samples();
     if frame.bit_depth == BitDepth::Sixteen {
-        // Most significant byte first (PNG specification, section 7.1).
-        let sample = |bytes: &[u8]| u16::from_be_bytes([bytes[0], bytes[1]]);
-        let pixels = samples.chunks_exact(2 * channels).map(|pixel| {
-            let channel = |i: usize| sample(&pixel[2 * i..]);
-            rgba(channels, channel, u16::MAX)
-        });
-        match meaning {
-            Meaning::Colours => from_pixels(width, height, pixels.map(light_of_16())),
-            Meaning::Numbers => {
-                let texel = |pixel: [u16; 4]| Vec4::from(pixel.map(|x| f32::from(x) / 65_535.0));
-                from_pixels(width, height, pixels.map(texel))
-            }
-        }
+        texels_of_16((width, height), channels, &samples, meaning)
     } else {
-        let pixels =
-            samples.chunks_exact(channels).map(|pixel| rgba(channels, |i| pixel[i], u8::MAX));
-        match meaning {
-            Meaning::Colours => from_pixels(width, height, pixels.map(light_of_8)),
-            Meaning::Numbers => {
-                let texel = |pixel: [u8; 4]| Vec4::from(pixel.map(|x| f32::from(x) / 255.0));
-                from_pixels(width, height, pixels.map(texel))
-            }
+        texels_of_8((width, height), channels, &samples, meaning)
+    }
+}
+
+/// The texels of samples of 8 bits, so many for each pixel.
+fn texels_of_8(
+    (width, height): (u32, u32),
+    channels: usize,
+    samples: &[u8],
+    meaning: Meaning,
+) -> Result<Texels, TextureError> {
+    let pixels = samples.chunks_exact(channels).map(|pixel| rgba(channels, |i| pixel[i], u8::MAX));
+    match meaning {
+        Meaning::Colours => Texels::collect(width, height, pixels.map(light_of_8)),
+        Meaning::Numbers => {
+            let texel = |pixel: [u8; 4]| Vec4::from(pixel.map(|x| f32::from(x) / 255.0));
+            Texels::collect(width, height, pixels.map(texel))
+        }
+    }
+}
+
+/// The texels of samples of 16 bits, so many for each pixel.
+fn texels_of_16(
+    (width, height): (u32, u32),
+    channels: usize,
+    samples: &[u8],
+    meaning: Meaning,
+) -> Result<Texels, TextureError> {
+    // The most significant byte comes first (PNG specification, section 7.1).
+    let sample = |bytes: &[u8]| u16::from_be_bytes([bytes[0], bytes[1]]);
+    let pixels = samples.chunks_exact(2 * channels).map(|pixel| {
+        let channel = |i: usize| sample(&pixel[2 * i..]);
+        rgba(channels, channel, u16::MAX)
+    });
+    match meaning {
+        Meaning::Colours => Texels::collect(width, height, pixels.map(light_of_16())),
+        Meaning::Numbers => {
+            let texel = |pixel: [u16; 4]| Vec4::from(pixel.map(|x| f32::from(x) / 65_535.0));
+            Texels::collect(width, height, pixels.map(texel))
         }
     }
 }
@@ -166,7 +150,7 @@ fn read_other(
     file: impl BufRead + Seek,
     limit: u64,
     meaning: Meaning,
-) -> Result<Texture, TextureError> {
+) -> Result<Texels, TextureError> {
     use image::ImageDecoder as _;
     let undecodable = |source: image::ImageError| TextureError::Decode {
         path: path.to_owned(),
@@ -195,8 +179,8 @@ fn read_other(
     }
     let image = image::DynamicImage::from_decoder(decoder).map_err(undecodable)?;
     match meaning {
-        Meaning::Colours => Texture::from_image(&image),
-        Meaning::Numbers => Texture::from_data(&image),
+        Meaning::Colours => picture::colours(&image),
+        Meaning::Numbers => picture::numbers(&image),
     }
 }
 
@@ -207,7 +191,7 @@ fn read_other(
     _file: impl BufRead + Seek,
     _limit: u64,
     _meaning: Meaning,
-) -> Result<Texture, TextureError> {
+) -> Result<Texels, TextureError> {
     let path = path.to_owned();
     Err(match format_of(&path, head) {
         Some(format) => TextureError::FeatureNeeded { path, format },
@@ -243,6 +227,7 @@ mod tests {
     use tempfile::TempDir;
 
     use super::*;
+    use crate::texture::Texture;
 
     const TYPES: [(ColorType, &[u8]); 5] = [
         (ColorType::Grayscale, &[1, 2, 4, 8, 16]),

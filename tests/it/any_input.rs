@@ -101,13 +101,13 @@ fn check<const N: usize>(
 }
 
 /// The same of several contours.
-fn check_contours<const N: usize, C: AsRef<[Vertex<N>]> + std::fmt::Debug>(
+fn check_contours<const N: usize, C: polyscan::outline::Contour<N> + std::fmt::Debug>(
     scan: &mut ScanConverter<N>,
     polygon: &[C],
     fragments: usize,
 ) -> u64 {
     let rect = scan.settings.viewport.rect();
-    let vertices = || polygon.iter().flat_map(AsRef::as_ref);
+    let vertices = || polygon.iter().flat_map(polyscan::outline::Contour::vertices);
     let w = vertices().map(|v| v.position.w);
     let w_range = (w.clone().fold(f32::MAX, f32::min), w.fold(f32::MIN, f32::max));
     // Planes may be anything here, and a plane of infinities cuts nowhere in particular.

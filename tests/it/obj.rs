@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use glam::{Vec2, Vec3, vec2, vec3};
 use polyscan::Framebuffer;
-use polyscan::obj::{LineError, Loaded, Loader, Material, Model, ObjError, Warning};
+use polyscan::model::{Material, Model};
+use polyscan::obj::{LineError, Loaded, Loader, ObjError, Warning};
 use tempfile::TempDir;
 
 /// A folder of files that vanishes with the test.

@@ -170,7 +170,8 @@ fn a_plane_that_is_not_finite_cuts_nothing() {
 mod obj {
     use std::fs;
 
-    use polyscan::obj::{LineError, Loaded, Model, Warning};
+    use polyscan::Model;
+    use polyscan::obj::{LineError, Loaded, Warning};
 
     /// A triangle of the material `a`, with this MTL file, in a folder beside a picture.
     fn load(mtl: &str) -> Loaded {

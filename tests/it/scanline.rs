@@ -314,7 +314,7 @@ fn long_the_picture_is_the_z_buffers() {
 fn a_model_is_the_z_buffers_from_all_sides() {
     use glam::Vec3;
     use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
-    let model = polyscan::obj::Model::load(concat!(
+    let model = polyscan::Model::load(concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../examples/assets/cottage.obj"
     ))

@@ -220,7 +220,7 @@ mod obj_files {
     use glam::camera::rh::view::look_at_mat4;
     use glam::{Mat4, vec3};
     use polyscan::FillRule;
-    use polyscan::obj::Model;
+    use polyscan::Model;
 
     use super::*;
 
@@ -295,7 +295,8 @@ mod obj_files {
             let rng = &mut Rng::new(seed);
             let (text, sides) = text(rng);
             let model = load(&text);
-            let vertex = |v: &polyscan::obj::ModelVertex| Vertex::new(v.position.extend(1.0), v.uv);
+            let vertex =
+                |v: &polyscan::model::ModelVertex| Vertex::new(v.position.extend(1.0), v.uv);
             let scene = Scene {
                 vertices: model.vertices.iter().map(vertex).collect(),
                 faces: model.faces().map(|face| face.indices.to_vec()).collect(),

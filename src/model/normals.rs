@@ -1,20 +1,21 @@
 //! Normals for the corners that have none: flat across creases, smooth elsewhere.
 //!
-//! Each face has a direction by Newell's method, which suits polygons of any number of sides, bent
-//! ones too. A corner's normal is the mean of the directions of those faces around its point that
+//! Each face has a direction by Newell's method, which suits polygons of any number of sides, even
+//! bent ones. A corner's normal is the mean of the directions of those faces around its point that
 //! are within the crease angle of the corner's own face, each weighted by the angle that it fills
 //! at the point, so that cutting a face into triangles changes nothing (Thürmer and Wüthrich,
 //! "Computing Vertex Normals from Polygonal Facets", 1998). Sums are in `f64`, in the order of the
-//! file, and of the platform's functions only the square root is used, which is exact everywhere.
+//! file. Of the platform's functions only the square root is used, which is rounded alike everywhere.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
-use super::{Corners, range_before};
+use crate::model::corners::Corners;
+use crate::model::faces::range_before;
 
-/// Up to this many corners around a point are compared pair by pair; beyond, their faces are first
-/// gathered in cells of directions, so that a point of 100,000 faces costs no more than 384 steps a
+/// Up to this many corners around a point are compared pair by pair. Beyond that, their faces are
+/// first gathered in cells of directions, so that a point of 100,000 faces costs at most 384 steps a
 /// face. Points of real meshes rarely have more than 16 corners.
 const MAX_PAIRED: usize = 64;
 
@@ -22,8 +23,8 @@ const MAX_PAIRED: usize = 64;
 const GRID: usize = 8;
 const CELL_COUNT: usize = 6 * GRID * GRID;
 
-/// Angles that differ from the crease angle by rounding only are within it: a cylinder of six sides
-/// is smooth at 60 degrees. As a difference of cosines.
+/// How far the cosine may be below that of the crease angle. Angles that differ from the crease angle
+/// by rounding only are thus within it: a cylinder of six sides is smooth at 60 degrees.
 const TOLERANCE: f64 = 1e-6;
 
 /// Normalises the normals that corners have, and computes those that are zero.
@@ -53,15 +54,19 @@ pub(super) fn complete(corners: &mut Corners, crease_angle: f32) {
     }
 }
 
-/// What faces add at a point: the direction that decides where, and the vector that is added.
+/// What a face, or a cell of faces, adds to normals at a point.
 #[derive(Clone, Copy)]
 struct Contribution {
+    /// It is compared with a corner's own direction; of length 1, or zero.
     direction: DVec3,
+    /// It is added to the sum.
     vector: DVec3,
 }
 
-/// The mean of what is within the crease angle of `own`, with length 1. A face without an area has
-/// no direction and takes the mean of all; where that is zero too, any normal is as good.
+/// The mean, with length 1, of the contributions that are within the crease angle of `own`.
+///
+/// A face without an area has no direction and takes the mean of all. Where that is zero too, any
+/// normal is as good.
 fn smooth(own: DVec3, around: &[Contribution], least_cosine: f64) -> DVec3 {
     let sum: DVec3 = around
         .iter()
@@ -71,7 +76,8 @@ fn smooth(own: DVec3, around: &[Contribution], least_cosine: f64) -> DVec3 {
     sum.try_normalize().unwrap_or(if own == DVec3::ZERO { DVec3::Z } else { own })
 }
 
-/// What the faces around a point add, or if they are many, the sums over each cell of directions.
+/// Fills `around` with the contributions of the faces around a point or, if there are many faces, with
+/// their sums over each cell of directions.
 fn gather(faces: impl ExactSizeIterator<Item = Contribution>, around: &mut Vec<Contribution>) {
     around.clear();
     if faces.len() <= MAX_PAIRED {
@@ -98,10 +104,11 @@ fn cell_of(vector: DVec3) -> usize {
     (side * GRID + square(vector[(axis + 1) % 3])) * GRID + square(vector[(axis + 2) % 3])
 }
 
-/// How faces lie: for each its direction, of length 1 or zero, and for each corner its angle.
+/// The directions of faces, and the angles at their corners.
 struct Shape {
+    /// For each face, of length 1 or zero.
     directions: Vec<DVec3>,
-    /// In radians, from 0 to 2 pi.
+    /// For each corner, in radians from 0 to 2 pi.
     angles: Vec<f32>,
 }
 
@@ -130,8 +137,9 @@ impl Shape {
     }
 }
 
-/// Newell's sum over the edges, along the polygon's normal, brought to length 1; zero for a polygon
-/// without area. Seen from the first corner, so that a face far from the origin loses nothing.
+/// Newell's sum over the edges, which is along the polygon's normal, brought to length 1; zero for a
+/// polygon without area. Positions are relative to the first corner, so that a face far from the
+/// origin loses nothing.
 fn newell(polygon: &[DVec3]) -> DVec3 {
     let first = polygon.first().copied().unwrap_or_default();
     let spokes = polygon.iter().map(|&position| position - first);

@@ -1,0 +1,16 @@
+//! The vertices of a model.
+
+use glam::{Vec2, Vec3};
+
+/// A vertex of a model, which the corners of several faces may share.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ModelVertex {
+    /// Position in object space, in the units of the file.
+    pub position: Vec3,
+    /// Normal in object space, of length 1.
+    pub normal: Vec3,
+    /// Texture coordinate with u to the right and v DOWN, as a [`Texture`](crate::Texture) has it:
+    /// (0, 0) is the top left corner of the picture, (1, 1) the bottom right one. It is (0, 0) where
+    /// the file gives none.
+    pub uv: Vec2,
+}
