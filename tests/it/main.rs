@@ -12,7 +12,12 @@ mod contours;
 mod meshes;
 mod same_everywhere;
 mod clipping;
+mod parting;
 mod parameters;
+mod far_outside;
+mod stages;
+mod sides;
+mod depth_bias;
 mod any_input;
 mod regressions;
 mod hashes;
@@ -25,6 +30,8 @@ mod many_faces;
 mod scanline;
 mod painter;
 mod three_renderers;
+mod front;
+mod blending;
 
 mod texture;
 
