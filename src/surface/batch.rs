@@ -79,6 +79,8 @@ pub(crate) struct TriangleBatch {
     plain: u64,
     /// Bit k is set if triangle k runs clockwise on the screen.
     clockwise: u64,
+    /// Of the triangle that was taken last.
+    base: SurfaceBase,
 }
 
 impl TriangleBatch {
@@ -118,11 +120,11 @@ impl TriangleBatch {
         self.clockwise = traits.is_clockwise.to_bitmask();
     }
 
-    /// One of the triangles: how its parameters run, and what it covers. `None` if it has to be set up
-    /// as other polygons are.
+    /// Takes one of the triangles: how its parameters run, and what it covers. `None` if it has to be set
+    /// up as other polygons are.
     #[inline(always)]
-    pub(crate) fn get(
-        &self,
+    pub(crate) fn take(
+        &mut self,
         lane: usize,
         call: &DrawCall<'_>,
         face: u32,
@@ -135,32 +137,35 @@ impl TriangleBatch {
         }
         let surface = self.surfaces.map(|lanes| lanes[lane]);
         let is_front = call.front_face.is_front(self.clockwise >> lane & 1 != 0);
-        let base = surface.base(call, face, is_front);
-        let surface = SurfaceView { base, params: &self.params, lane, mixed: None };
+        surface.set_base(&mut self.base, call, face, is_front);
+        let surface = SurfaceView { base: &self.base, params: &self.params, lane, mixed: None };
         Some((surface, BatchLane { edges: &self.edges, lane }))
     }
 }
 
 impl TriangleSurface<f64> {
-    /// What all parameters have in common, of a triangle whose planes can be used.
+    /// Sets what all parameters have in common, of a triangle whose planes can be used. Each number is
+    /// stored where it stays: a copy of what was just stored in parts would have to wait for them.
     #[inline(always)]
-    pub(crate) fn base(&self, call: &DrawCall<'_>, face: u32, is_front: bool) -> SurfaceBase {
-        let w = WRange::new(self.w, self.inv_w_range);
-        let mut base = SurfaceBase {
-            corner: call.projection.corner,
-            last_column: call.projection.last_column,
-            face,
-            is_front,
-            origin: self.origin,
-            z: self.z,
-            inv_w: self.inv_w,
-            z_range: (self.z_range[0] as f32, self.z_range[1] as f32),
-            w_unit: self.w_unit,
-            w,
-            divide: if w.varies() { Divide::PerPixel } else { Divide::Never },
-        };
+    pub(crate) fn set_base(
+        &self,
+        base: &mut SurfaceBase,
+        call: &DrawCall<'_>,
+        face: u32,
+        is_front: bool,
+    ) {
+        base.corner = call.projection.corner;
+        base.last_column = call.projection.last_column;
+        base.face = face;
+        base.is_front = is_front;
+        base.origin = self.origin;
+        base.z = self.z;
+        base.inv_w = self.inv_w;
+        base.z_range = (self.z_range[0] as f32, self.z_range[1] as f32);
+        base.w_unit = self.w_unit;
+        base.w = WRange::new(self.w, self.inv_w_range);
+        base.divide = if base.w.varies() { Divide::PerPixel } else { Divide::Never };
         base.add_bias(call);
-        base
     }
 }
 

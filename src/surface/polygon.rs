@@ -35,7 +35,7 @@ impl PolygonSurface {
     #[inline(always)]
     pub(crate) fn view(&self) -> SurfaceView<'_> {
         let mixed = if self.has_planes_only { None } else { Some(&self.mixed) };
-        SurfaceView { base: self.base, params: &self.params, lane: 0, mixed }
+        SurfaceView { base: &self.base, params: &self.params, lane: 0, mixed }
     }
 
     /// Sets up a triangle that was not clipped, if its planes suffice: whether they do. `params` are the
@@ -57,7 +57,7 @@ impl PolygonSurface {
             |i, plane| store(&mut planes[i], plane),
         );
         if is_plain {
-            self.base = surface.base(call, face, is_front);
+            surface.set_base(&mut self.base, call, face, is_front);
             self.has_planes_only = true;
         }
         is_plain

@@ -35,7 +35,7 @@ use crate::surface::plane::ScreenPlane;
 /// How the parameters of a polygon run over the screen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceView<'a> {
-    pub(crate) base: SurfaceBase,
+    pub(crate) base: &'a SurfaceBase,
     /// The planes of s_1 .. s_n, those of a batch of triangles side by side.
     pub(crate) params: &'a [ScreenPlane<PerTriangle>],
     /// Which of them are this polygon's.
@@ -137,7 +137,7 @@ impl<'a> SurfaceView<'a> {
     /// Finds where the values of each run are given, and the depths there.
     #[inline(always)]
     fn start_on_planes(&self, runs: &RunGroup, values: &mut RowValues) {
-        let base = &self.base;
+        let base = self.base;
         let is_falling = (base.inv_w.dx as f32) < 0.0;
         let (mut x, mut xs, mut ys) = (runs.start, [0.0; ROWS], [0.0; ROWS]);
         if is_falling {
