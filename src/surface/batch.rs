@@ -9,13 +9,14 @@ use crate::scalar::{BATCH, PerTriangle};
 use crate::settings::DrawCall;
 use crate::subpixel::SubpixelPoint;
 use crate::surface::base::{Divide, SurfaceBase, WRange};
-use crate::surface::plane::ScreenPlane;
+use crate::surface::plane::BatchPlane;
 use crate::surface::rows::SurfaceView;
 use crate::surface::triangle::TriangleSurface;
 use crate::vertex::Interpolation;
 
 /// The corners of triangles, side by side, and their places on the screen.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(crate) struct GatheredTriangles {
     pub(crate) points: [PerTriangle<SubpixelPoint>; 3],
     pub(crate) positions: [PerTriangle<[f32; 4]>; 3],
@@ -67,13 +68,13 @@ impl GatheredTriangles {
     }
 }
 
-/// Triangles that are set up, and their edges.
+/// Triangles that are set up, and their edges. In this order, the lanes of each number fill a cache line.
 #[derive(Clone, Debug, Default)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(crate) struct TriangleBatch {
     surfaces: TriangleSurface<PerTriangle>,
     edges: TriangleEdges<PerTriangle>,
-    params: Vec<ScreenPlane<PerTriangle>>,
+    params: Vec<BatchPlane>,
     /// Bit k is set if triangle k can be drawn from what is here alone. The others are set up as other
     /// polygons are.
     plain: u64,
@@ -104,7 +105,7 @@ impl TriangleBatch {
             gathered.position(simd, 1),
             gathered.position(simd, 2),
         ];
-        self.params.resize(call.params(), ScreenPlane::default());
+        self.params.resize(call.params(), BatchPlane::default());
         let planes = &mut self.params[..call.params()];
         let (surfaces, is_plain) = TriangleSurface::new(
             call,
@@ -112,7 +113,7 @@ impl TriangleBatch {
             #[inline(always)]
             |i| gathered.param(simd, call, i),
             #[inline(always)]
-            |i, plane| planes[i] = plane.map(store),
+            |i, plane| planes[i].0 = plane.map(store),
         );
         self.edges = edges.map(store);
         self.surfaces = surfaces.map(store);
