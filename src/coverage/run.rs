@@ -16,15 +16,17 @@ pub struct Run {
 /// Rows whose runs are found at a time.
 pub(crate) const ROWS: usize = 8;
 
-/// The runs of neighbouring rows of a convex outline; they may be empty.
+/// The runs of neighbouring rows of a convex outline; they may be empty. All starts and ends are in one
+/// cache line: they are stored together.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 pub(crate) struct RunGroup {
+    pub(crate) start: [i32; ROWS],
+    pub(crate) end: [i32; ROWS],
     /// The first row.
     pub(crate) y: i32,
     /// The number of rows.
     pub(crate) len: usize,
-    pub(crate) start: [i32; ROWS],
-    pub(crate) end: [i32; ROWS],
     /// The edges on the left and on the right, unless they are not asked for.
     pub(crate) edges: [[u32; 2]; ROWS],
 }

@@ -151,7 +151,7 @@ impl BandDrawing<'_, '_> {
                 let lane = ready.start;
                 ready.start += 1;
                 let Worker { batch, raster, .. } = &mut *self.worker;
-                if let Some((surface, edges)) = batch.get(lane, call, number) {
+                if let Some((surface, edges)) = batch.take(lane, call, number) {
                     let primitive = (&surface, Coverage::Triangle(edges));
                     draw_primitive(
                         simd,

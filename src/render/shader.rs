@@ -7,15 +7,17 @@
 
 use std::marker::PhantomData;
 
-use fearless_simd::{Select, Simd, SimdFrom, SimdMask, f32x16, mask32x8, mask32x16};
+use fearless_simd::{
+    Select, Simd, SimdCombine, SimdFrom, SimdMask, SimdSplit, f32x8, f32x16, mask32x8, mask32x16,
+};
 
 use crate::coverage::run::{ROWS, RunGroup};
-use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES, OneRow, SpanLine};
+use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES, OneRow, SpanLine, TwoRows};
 use crate::fragment::{Fragment, FragmentBlock};
 use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
 use crate::surface::base::Divide;
-use crate::surface::rows::{RowValues, SurfaceView};
+use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 use crate::viewport::MAX_SIZE;
 
 /// The rows of a polygon that are being drawn.
@@ -26,17 +28,85 @@ pub(crate) struct Patch<'a> {
     pub(crate) values: &'a RowValues,
 }
 
-/// Two halves of a block, some lanes of which are visible.
+/// Two halves of a block, some lanes of which may be visible.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PartBlock {
-    /// The lanes that are visible; after shading, those that were drawn.
+    /// The lanes that are visible, or to be tested; after shading, those that were drawn.
     pub(crate) visible: u32,
     /// The row of each half in its group.
     pub(crate) rows: [usize; 2],
     /// How far the first pixel of each half is from the one where the row's values are given.
     pub(crate) steps: [f32; 2],
-    /// The first pixel of each half in the target.
-    pub(crate) pixels: [usize; 2],
+    /// Where each half begins in the band.
+    pub(crate) at: [usize; 2],
+}
+
+/// Parts in a list.
+pub(crate) const PARTS: usize = 8;
+
+/// Parts of blocks, by their numbers.
+#[derive(Debug)]
+pub(crate) enum PartBlocks<'p> {
+    /// Those whose visible lanes are known.
+    Visible(&'p mut [PartBlock; PARTS]),
+    /// Those that are to be tested by [`Comparison::Less`], and their depths to be stored.
+    Untested(&'p [PartBlock; PARTS]),
+    /// The same for pairs of short runs.
+    Runs(&'p ShortRuns<'p>),
+}
+
+/// The runs of a group of rows, of which some pairs fit into a block, each run into one half.
+#[derive(Debug)]
+pub(crate) struct ShortRuns<'c> {
+    pub(crate) columns: &'c VisibleColumns,
+    /// Where the viewport's first column is in the group's first row, in the band: modulo 2^64, since the
+    /// viewport may begin left of the band.
+    pub(crate) first: usize,
+    pub(crate) row_len: usize,
+}
+
+impl ShortRuns<'_> {
+    /// The block of a pair of rows.
+    #[inline(always)]
+    pub(crate) fn part(&self, pair: usize) -> PartBlock {
+        let VisibleColumns { start, width, steps } = self.columns;
+        let row = pair % (ROWS / 2) * 2;
+        let rows = [row, row + 1];
+        let lower = 1u32.wrapping_shl(width[row] as u32) - 1;
+        let upper = 1u32.wrapping_shl(width[row + 1] as u32) - 1;
+        let begin = self.first.wrapping_add(row.wrapping_mul(self.row_len));
+        let mut at = [
+            begin.wrapping_add(start[row] as usize),
+            begin.wrapping_add(self.row_len).wrapping_add(start[row + 1] as usize),
+        ];
+        // A half without pixels lies beside the other.
+        if lower == 0 {
+            at[0] = at[1].wrapping_sub(HALF_BLOCK);
+        }
+        if upper == 0 {
+            at[1] = at[0].wrapping_add(HALF_BLOCK);
+        }
+        let visible = lower | upper << HALF_BLOCK;
+        PartBlock { visible, rows, steps: [steps[row], steps[row + 1]], at }
+    }
+}
+
+impl PartBlocks<'_> {
+    #[inline(always)]
+    fn get(&self, number: usize) -> PartBlock {
+        match self {
+            Self::Visible(parts) => parts[number % PARTS],
+            Self::Untested(parts) => parts[number % PARTS],
+            Self::Runs(runs) => runs.part(number),
+        }
+    }
+
+    #[inline(always)]
+    fn set_drawn(&mut self, number: usize, drawn: u32) {
+        if let Self::Visible(parts) = self {
+            parts[number % PARTS].visible = drawn;
+        }
+    }
 }
 
 /// Neighbouring whole blocks in a row.
@@ -49,18 +119,32 @@ pub(crate) struct WholeBlocks {
     pub(crate) pixel: usize,
 }
 
+/// The depths of a band.
+#[derive(Debug)]
+pub(crate) struct BandDepths<'d> {
+    pub(crate) depths: &'d mut [f32],
+    /// How many pixels of the target come before these.
+    pub(crate) pixels_before: usize,
+}
+
 /// What shades the blocks that a raster finds visible.
 pub(crate) trait ShadeBlocks {
     /// Draws whole blocks by [`Plan::COMMON`](crate::render::raster::plan::Plan::COMMON), on the given
     /// depths, as long as all lanes of each are visible or none. Returns how many pixels that are.
     ///
-    /// Test, shader and store are in one loop here, while those of parts are apart: only so do the waits
-    /// for depths overlap with the work of the shader. Apart they made a quad of two parameters take
-    /// half as long again.
+    /// Test, shader and store are in one loop: only so do the waits for depths overlap with the work of the
+    /// shader. Apart they made a quad of two parameters take half as long again.
     fn draw_whole(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, depths: &mut [f32]) -> usize;
 
-    /// Shades blocks of which some lanes are visible, and leaves in each those that were not discarded.
-    fn shade_parts(&mut self, patch: &Patch<'_>, blocks: &mut [PartBlock]);
+    /// Draws the parts of blocks whose numbers have a bit in `numbers`. Returns those of parts that were to be
+    /// tested and are not drawn, since they reach over the ends of the band, or over themselves.
+    fn draw_parts(
+        &mut self,
+        patch: &Patch<'_>,
+        parts: PartBlocks<'_>,
+        numbers: u32,
+        band: BandDepths<'_>,
+    ) -> u32;
 
     /// Brings the colours of pixels into the cache.
     fn prefetch(&self, pixels: std::ops::Range<usize>);
@@ -299,12 +383,18 @@ impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> ShadeBlocks for Painter<
         }
     }
 
-    fn shade_parts(&mut self, patch: &Patch<'_>, blocks: &mut [PartBlock]) {
+    fn draw_parts(
+        &mut self,
+        patch: &Patch<'_>,
+        parts: PartBlocks<'_>,
+        numbers: u32,
+        band: BandDepths<'_>,
+    ) -> u32 {
         let simd = self.simd;
         simd.vectorize(
             #[inline(always)]
-            || self.parts(patch, blocks),
-        );
+            || self.parts(patch, parts, numbers, band),
+        )
     }
 
     fn prefetch(&self, pixels: std::ops::Range<usize>) {
@@ -367,46 +457,119 @@ impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> Painter<'_, S, C, K, N> 
     }
 
     #[inline(always)]
-    fn parts(&mut self, patch: &Patch<'_>, blocks: &mut [PartBlock]) {
+    fn parts(
+        &mut self,
+        patch: &Patch<'_>,
+        parts: PartBlocks<'_>,
+        numbers: u32,
+        BandDepths { depths, pixels_before }: BandDepths<'_>,
+    ) -> u32 {
         let Patch { surface, runs, values } = *patch;
         let Some(s) = values.s.first_chunk::<N>() else {
             rarely();
-            return;
+            return 0;
         };
-        for blocks in blocks.chunks_mut(NEST) {
-            for part in blocks {
-                let block = Block::in_two_rows(self.simd, part.rows, part.steps);
+        let Self { simd, shader, .. } = self;
+        // As many as there are depths, so that what is in range there need not be checked again.
+        let start = pixels_before.wrapping_sub(self.pixels_before);
+        let colors = self.colors.get_mut(start..start.wrapping_add(depths.len()));
+        let Some(colors) = colors else {
+            rarely();
+            return 0;
+        };
+        draw_part_blocks(
+            *simd,
+            patch,
+            parts,
+            numbers,
+            depths,
+            #[inline(always)]
+            |block, depth, part| {
                 let column = |half: usize| {
                     (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
                 };
                 let halves = [column(0), column(1)];
                 let mut fragments = FragmentBlock::new(surface, runs, halves, part.visible);
-                fragments.depth = block.depth(surface, values).into();
+                fragments.depth = depth.into();
                 let FragmentBlock { w, params, .. } = &mut fragments;
                 if surface.base.divide == Divide::PerPixel {
                     block.divided(surface, &values.inv_w, s, w, params);
                 } else {
                     block.any(surface, &values.inv_w, s, w, params);
                 }
-                let pixels = part.pixels.map(|pixel| pixel.wrapping_sub(self.pixels_before));
                 let mut copy = None;
-                let colors = match halves_at(self.colors, pixels) {
-                    Some(colors) => colors,
+                let halves = match halves_at(colors, part.at) {
+                    Some(halves) => halves,
                     None => {
                         rarely();
-                        let Some(any) = self.colors.first() else { return };
+                        let Some(any) = colors.first() else { return 0 };
                         let [lower, upper] =
-                            copy.insert(pixels.map(|pixel| half_at_end(self.colors, pixel, *any)));
+                            copy.insert(part.at.map(|at| half_at_end(colors, at, *any)));
                         [lower, upper]
                     }
                 };
-                part.visible = self.shader.part(self.simd, &mut fragments, colors);
+                let drawn = shader.part(*simd, &mut fragments, halves);
                 if let Some(halves) = &copy {
-                    put_back(self.colors, pixels, halves, part.visible);
+                    put_back(colors, part.at, halves, drawn);
                 }
+                drawn
+            },
+        )
+    }
+}
+
+/// Draws the parts of blocks that have a bit in `numbers`; calls `shade` for those of which a lane is
+/// visible, and stores the depths of the lanes that it returns. Returns the numbers of those that are not
+/// drawn, since their halves are not whole or not apart.
+#[inline(always)]
+fn draw_part_blocks<S: Simd>(
+    simd: S,
+    patch: &Patch<'_>,
+    mut parts: PartBlocks<'_>,
+    numbers: u32,
+    depths: &mut [f32],
+    mut shade: impl FnMut(&Block<S, TwoRows>, f32x16<S>, &PartBlock) -> u32,
+) -> u32 {
+    let is_tested = matches!(parts, PartBlocks::Visible(_));
+    let (mut left, mut not_drawn) = (numbers, 0);
+    while left != 0 {
+        for _ in 0..NEST {
+            if left == 0 {
+                break;
+            }
+            let number = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let mut part = parts.get(number);
+            let block = Block::in_two_rows(simd, part.rows, part.steps);
+            let depth = block.depth(patch.surface, patch.values);
+            let mut stored = None;
+            if !is_tested {
+                let Some(halves) = halves_at(depths, part.at) else {
+                    rarely();
+                    not_drawn |= 1 << number;
+                    continue;
+                };
+                let lower = f32x8::simd_from(simd, *halves[0]);
+                let upper = f32x8::simd_from(simd, *halves[1]);
+                let old = lower.combine(upper);
+                part.visible &= Comparison::Less.passes(depth, old);
+                if part.visible == 0 {
+                    continue;
+                }
+                stored = Some((halves, old));
+            }
+            let drawn = shade(&block, depth, &part);
+            if let Some(([lower, upper], old)) = stored {
+                let drawn = mask32x16::from_bitmask(simd, drawn.into());
+                let (new_lower, new_upper) = drawn.select(depth, old).split();
+                *lower = new_lower.into();
+                *upper = new_upper.into();
+            } else {
+                parts.set_drawn(number, drawn);
             }
         }
     }
+    not_drawn
 }
 
 /// Tests whole blocks of a row, the first pixel of which is that of the colours and of the depths; calls
@@ -529,7 +692,29 @@ impl<S: Simd> ShadeBlocks for DepthOnly<S> {
         )
     }
 
-    fn shade_parts(&mut self, _: &Patch<'_>, _: &mut [PartBlock]) {}
+    fn draw_parts(
+        &mut self,
+        patch: &Patch<'_>,
+        parts: PartBlocks<'_>,
+        numbers: u32,
+        band: BandDepths<'_>,
+    ) -> u32 {
+        let simd = self.0;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                draw_part_blocks(
+                    simd,
+                    patch,
+                    parts,
+                    numbers,
+                    band.depths,
+                    #[inline(always)]
+                    |_, _, part| part.visible,
+                )
+            },
+        )
+    }
 
     fn prefetch(&self, _: std::ops::Range<usize>) {}
 

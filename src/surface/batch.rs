@@ -9,13 +9,14 @@ use crate::scalar::{BATCH, PerTriangle};
 use crate::settings::DrawCall;
 use crate::subpixel::SubpixelPoint;
 use crate::surface::base::{Divide, SurfaceBase, WRange};
-use crate::surface::plane::ScreenPlane;
+use crate::surface::plane::BatchPlane;
 use crate::surface::rows::SurfaceView;
 use crate::surface::triangle::TriangleSurface;
 use crate::vertex::Interpolation;
 
 /// The corners of triangles, side by side, and their places on the screen.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(crate) struct GatheredTriangles {
     pub(crate) points: [PerTriangle<SubpixelPoint>; 3],
     pub(crate) positions: [PerTriangle<[f32; 4]>; 3],
@@ -67,18 +68,20 @@ impl GatheredTriangles {
     }
 }
 
-/// Triangles that are set up, and their edges.
+/// Triangles that are set up, and their edges. In this order, the lanes of each number fill a cache line.
 #[derive(Clone, Debug, Default)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(crate) struct TriangleBatch {
     surfaces: TriangleSurface<PerTriangle>,
     edges: TriangleEdges<PerTriangle>,
-    params: Vec<ScreenPlane<PerTriangle>>,
+    params: Vec<BatchPlane>,
     /// Bit k is set if triangle k can be drawn from what is here alone. The others are set up as other
     /// polygons are.
     plain: u64,
     /// Bit k is set if triangle k runs clockwise on the screen.
     clockwise: u64,
+    /// Of the triangle that was taken last.
+    base: SurfaceBase,
 }
 
 impl TriangleBatch {
@@ -95,7 +98,7 @@ impl TriangleBatch {
         let (edges, traits) = TriangleEdges::new(points, rows);
         let positions =
             [gathered.position(simd, 0), gathered.position(simd, 1), gathered.position(simd, 2)];
-        self.params.resize(call.params(), ScreenPlane::default());
+        self.params.resize(call.params(), BatchPlane::default());
         let planes = &mut self.params[..call.params()];
         let (surfaces, is_plain) = TriangleSurface::new(
             call,
@@ -103,7 +106,7 @@ impl TriangleBatch {
             #[inline(always)]
             |i| gathered.param(simd, call, i),
             #[inline(always)]
-            |i, plane| planes[i] = plane.map(store),
+            |i, plane| planes[i].0 = plane.map(store),
         );
         self.edges = edges.map(store);
         self.surfaces = surfaces.map(store);
@@ -111,11 +114,11 @@ impl TriangleBatch {
         self.clockwise = traits.is_clockwise.to_bitmask();
     }
 
-    /// One of the triangles: how its parameters run, and what it covers. `None` if it has to be set up
-    /// as other polygons are.
+    /// Takes one of the triangles: how its parameters run, and what it covers. `None` if it has to be set
+    /// up as other polygons are.
     #[inline(always)]
-    pub(crate) fn get(
-        &self,
+    pub(crate) fn take(
+        &mut self,
         lane: usize,
         call: &DrawCall<'_>,
         face: u32,
@@ -128,32 +131,35 @@ impl TriangleBatch {
         }
         let surface = self.surfaces.map(|lanes| lanes[lane]);
         let is_front = call.front_face.is_front(self.clockwise >> lane & 1 != 0);
-        let base = surface.base(call, face, is_front);
-        let surface = SurfaceView { base, params: &self.params, lane, mixed: None };
+        surface.set_base(&mut self.base, call, face, is_front);
+        let surface = SurfaceView { base: &self.base, params: &self.params, lane, mixed: None };
         Some((surface, BatchLane { edges: &self.edges, lane }))
     }
 }
 
 impl TriangleSurface<f64> {
-    /// What all parameters have in common, of a triangle whose planes can be used.
+    /// Sets what all parameters have in common, of a triangle whose planes can be used. Each number is
+    /// stored where it stays: a copy of what was just stored in parts would have to wait for them.
     #[inline(always)]
-    pub(crate) fn base(&self, call: &DrawCall<'_>, face: u32, is_front: bool) -> SurfaceBase {
-        let w = WRange::new(self.w, self.inv_w_range);
-        let mut base = SurfaceBase {
-            corner: call.projection.corner,
-            last_column: call.projection.last_column,
-            face,
-            is_front,
-            origin: self.origin,
-            z: self.z,
-            inv_w: self.inv_w,
-            z_range: (self.z_range[0] as f32, self.z_range[1] as f32),
-            w_unit: self.w_unit,
-            w,
-            divide: if w.varies() { Divide::PerPixel } else { Divide::Never },
-        };
+    pub(crate) fn set_base(
+        &self,
+        base: &mut SurfaceBase,
+        call: &DrawCall<'_>,
+        face: u32,
+        is_front: bool,
+    ) {
+        base.corner = call.projection.corner;
+        base.last_column = call.projection.last_column;
+        base.face = face;
+        base.is_front = is_front;
+        base.origin = self.origin;
+        base.z = self.z;
+        base.inv_w = self.inv_w;
+        base.z_range = (self.z_range[0] as f32, self.z_range[1] as f32);
+        base.w_unit = self.w_unit;
+        base.w = WRange::new(self.w, self.inv_w_range);
+        base.divide = if base.w.varies() { Divide::PerPixel } else { Divide::Never };
         base.add_bias(call);
-        base
     }
 }
 

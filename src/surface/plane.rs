@@ -1,7 +1,7 @@
 //! Planes over the screen: what is affine on a flat polygon, z, s_1 .. s_n and s_{n+1} = 1/w, is an
 //! affine function of the screen position (Heckbert and Moreton 1991, section 3.5).
 
-use crate::scalar::Scalar;
+use crate::scalar::{BATCH, PerTriangle, Scalar};
 
 /// The height in pixels below which a triangle is too thin to have planes. Vertices on a line in
 /// exact arithmetic are found up to 2^-36 pixel away from it at the end of the guard band, and a
@@ -16,6 +16,23 @@ pub(crate) struct ScreenPlane<T = f64> {
     pub(crate) dx: T,
     /// The change per pixel downwards.
     pub(crate) dy: T,
+}
+
+/// The planes of one value for a batch of triangles. The lanes of each number fill a cache line: a vector
+/// that lies in two takes long to store, and longer to load again.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(align(64))]
+pub(crate) struct BatchPlane(pub(crate) ScreenPlane<PerTriangle>);
+
+impl BatchPlane {
+    /// The plane of one of the triangles.
+    #[inline(always)]
+    pub(crate) fn of(&self, lane: usize) -> ScreenPlane {
+        self.0.map(
+            #[inline(always)]
+            |lanes| lanes[lane % BATCH],
+        )
+    }
 }
 
 impl ScreenPlane {

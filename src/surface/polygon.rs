@@ -3,12 +3,11 @@
 use glam::DVec4;
 
 use crate::project::ScreenPoint;
-use crate::scalar::PerTriangle;
 use crate::scalar::{BATCH, Scalar};
 use crate::settings::DrawCall;
 use crate::surface::base::{Divide, SurfaceBase, WRange};
 use crate::surface::mixed::{Component, Mixed, ScreenVertices, extent};
-use crate::surface::plane::{PlaneBasis, ScreenPlane};
+use crate::surface::plane::{BatchPlane, PlaneBasis, ScreenPlane};
 use crate::surface::rows::SurfaceView;
 use crate::surface::triangle::{TriangleSurface, fits_f32, is_divided, is_steep, project};
 
@@ -25,7 +24,7 @@ const DEPTH_TOLERANCE: f64 = 1.0 / (1 << 22) as f64;
 pub(crate) struct PolygonSurface {
     base: SurfaceBase,
     /// Planes in the first lane alone.
-    params: Vec<ScreenPlane<PerTriangle>>,
+    params: Vec<BatchPlane>,
     mixed: Mixed,
     has_planes_only: bool,
 }
@@ -35,7 +34,7 @@ impl PolygonSurface {
     #[inline(always)]
     pub(crate) fn view(&self) -> SurfaceView<'_> {
         let mixed = if self.has_planes_only { None } else { Some(&self.mixed) };
-        SurfaceView { base: self.base, params: &self.params, lane: 0, mixed }
+        SurfaceView { base: &self.base, params: &self.params, lane: 0, mixed }
     }
 
     /// Sets up a triangle that was not clipped, if its planes suffice: whether they do. `params` are the
@@ -48,7 +47,7 @@ impl PolygonSurface {
         params: &[f64],
     ) -> bool {
         let n = call.params();
-        self.params.resize(n, ScreenPlane::default());
+        self.params.resize(n, BatchPlane::default());
         let planes = &mut self.params;
         let (surface, is_plain) = TriangleSurface::new(
             call,
@@ -57,7 +56,7 @@ impl PolygonSurface {
             |i, plane| store(&mut planes[i], plane),
         );
         if is_plain {
-            self.base = surface.base(call, face, is_front);
+            surface.set_base(&mut self.base, call, face, is_front);
             self.has_planes_only = true;
         }
         is_plain
@@ -145,7 +144,7 @@ impl PolygonSurface {
         self.params.clear();
         let mut none = |base: &mut SurfaceBase| {
             (base.z, base.inv_w) = Default::default();
-            self.params.resize(vertices.params, ScreenPlane::default());
+            self.params.resize(vertices.params, BatchPlane::default());
             false
         };
         let Some(triangle) = widest_triangle(&vertices.points) else { return none(&mut self.base) };
@@ -158,7 +157,7 @@ impl PolygonSurface {
         }
         (self.base.origin, self.base.z, self.base.inv_w) = (a, z, inv_w);
         self.params.extend((0..vertices.params).map(|i| {
-            let mut lanes = ScreenPlane::default();
+            let mut lanes = BatchPlane::default();
             store(&mut lanes, plane(Component::S(i)));
             lanes
         }));
@@ -189,7 +188,7 @@ impl PolygonSurface {
             mixed.inv_w_by_edges |= !fits(off(&base.inv_w, point.inv_w), tolerance);
         }
         for (i, plane) in params.iter().enumerate() {
-            let plane = plane.map(|lanes| lanes[0]);
+            let plane = plane.of(0);
             let count = mixed.vertices.points.len();
             let largest =
                 (0..count).fold(0.0f64, |largest, v| largest.max(mixed.parameter(v, i).abs()));
@@ -213,14 +212,15 @@ impl PolygonSurface {
             for v in 0..vertices.points.len() {
                 sum += vertices.get(v, Component::S(i)).abs();
             }
-            sum = sum + plane.dx[0].abs() + plane.dy[0].abs();
+            let plane = plane.of(0);
+            sum = sum + plane.dx.abs() + plane.dy.abs();
         }
         fits_f32(sum)
     }
 }
 
 /// Stores the plane of a polygon that is alone in the first lane of a batch.
-fn store(lanes: &mut ScreenPlane<PerTriangle>, plane: ScreenPlane) {
+fn store(BatchPlane(lanes): &mut BatchPlane, plane: ScreenPlane) {
     const { assert!(BATCH > 0) };
     (lanes.value[0], lanes.dx[0], lanes.dy[0]) = (plane.value, plane.dx, plane.dy);
 }

@@ -27,17 +27,16 @@ use std::ops::Range;
 
 use crate::coverage::Run;
 use crate::coverage::run::{ROWS, RunGroup};
-use crate::scalar::PerTriangle;
 use crate::surface::base::{Divide, SurfaceBase};
 use crate::surface::mixed::{AcrossRun, Component, Mixed};
-use crate::surface::plane::ScreenPlane;
+use crate::surface::plane::{BatchPlane, ScreenPlane};
 
 /// How the parameters of a polygon run over the screen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceView<'a> {
-    pub(crate) base: SurfaceBase,
+    pub(crate) base: &'a SurfaceBase,
     /// The planes of s_1 .. s_n, those of a batch of triangles side by side.
-    pub(crate) params: &'a [ScreenPlane<PerTriangle>],
+    pub(crate) params: &'a [BatchPlane],
     /// Which of them are this polygon's.
     pub(crate) lane: usize,
     /// What it has besides planes, if it has.
@@ -45,8 +44,9 @@ pub(crate) struct SurfaceView<'a> {
 }
 
 /// A value along the runs of a group of rows: what it is at one pixel of each, and its change per
-/// pixel.
+/// pixel. Within one cache line: what is stored there as a whole can be loaded in parts at once.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
 pub(crate) struct RowLine {
     pub(crate) at: [f32; ROWS],
     pub(crate) delta: f32,
@@ -54,6 +54,7 @@ pub(crate) struct RowLine {
 
 /// The visible columns of the runs of a group of rows.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
 pub(crate) struct VisibleColumns {
     /// The first of each run, relative to the viewport.
     pub(crate) start: [i32; ROWS],
@@ -137,7 +138,7 @@ impl<'a> SurfaceView<'a> {
     /// Finds where the values of each run are given, and the depths there.
     #[inline(always)]
     fn start_on_planes(&self, runs: &RunGroup, values: &mut RowValues) {
-        let base = &self.base;
+        let base = self.base;
         let is_falling = (base.inv_w.dx as f32) < 0.0;
         let (mut x, mut xs, mut ys) = (runs.start, [0.0; ROWS], [0.0; ROWS]);
         if is_falling {
@@ -178,9 +179,13 @@ impl<'a> SurfaceView<'a> {
         }
         values.has_params = true;
         values.inv_w = line(&values.from_origin, self.base.inv_w);
-        values.s.resize(self.params.len(), RowLine::default());
+        if values.s.len() != self.params.len() {
+            values.s.resize(self.params.len(), RowLine::default());
+        }
+        // A copy, which need not be read again after each store.
+        let from_origin = values.from_origin;
         for (line_of, planes) in values.s.iter_mut().zip(self.params) {
-            *line_of = line(&values.from_origin, planes.map(|lanes| lanes[self.lane]));
+            *line_of = line(&from_origin, planes.of(self.lane));
         }
     }
 
@@ -207,7 +212,7 @@ impl<'a> SurfaceView<'a> {
         match component {
             Component::Z => self.base.z,
             Component::InvW => self.base.inv_w,
-            Component::S(i) => self.params[i].map(|lanes| lanes[self.lane]),
+            Component::S(i) => self.params[i].of(self.lane),
         }
     }
 

@@ -13,15 +13,15 @@ use crate::fragment::block::{ALL, HALF_BLOCK, LANES};
 use crate::render::band::Band;
 use crate::render::coarse_depth::TILE_WIDTH;
 use crate::render::raster::plan::{ForAny, ForCommon, Plan, PlanFor};
-use crate::render::raster::test::{RowsRaster, Visible};
-use crate::render::shader::{PartBlock, ShadeBlocks};
-use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
+use crate::render::raster::test::{Parts, RowsRaster};
+use crate::render::shader::{PartBlock, ShadeBlocks, ShortRuns};
+use crate::surface::rows::{RowValues, SurfaceView};
 
 /// The memory for drawing polygons.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RasterMemory {
     values: RowValues,
-    visible: Visible,
+    parts: Parts,
 }
 
 /// Draws what a polygon covers, in some columns, into a band that holds all of its rows.
@@ -85,15 +85,15 @@ fn draw_group<P: PlanFor, S: Simd>(
     memory: &mut RasterMemory,
     shader: &mut dyn ShadeBlocks,
 ) {
-    let RasterMemory { values, visible } = memory;
+    let RasterMemory { values, parts } = memory;
     let columns = surface.start_rows(runs, columns, values);
     if P::of(plan).is_inverse_w {
         surface.find_inv_w(values);
     }
-    let mut raster =
-        RowsRaster { simd, plan, surface, runs, band, shader, values, columns, visible };
+    let columns = &columns;
+    let mut raster = RowsRaster { simd, plan, surface, runs, band, shader, values, columns, parts };
     raster.draw_rows::<P>();
-    raster.shade_parts::<P>();
+    raster.finish_parts::<P>();
 }
 
 impl<S: Simd> RowsRaster<'_, '_, S> {
@@ -101,45 +101,23 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
     /// small triangle has few pixels in a row.
     #[inline(always)]
     fn draw_rows<P: PlanFor>(&mut self) {
-        let (x, y) = self.surface.base.corner;
-        let VisibleColumns { start, width, steps } = self.columns;
-        let (first, row_len) = (self.band.index(x, y + self.runs.y), self.band.width);
-        let (mut begin, mut lanes) = ([0; ROWS], [0; ROWS]);
-        for (row, begin) in begin.iter_mut().enumerate() {
-            // The viewport may begin left of the band.
-            *begin = first.wrapping_add(row * row_len).wrapping_add(start[row] as usize);
+        let (mut short, mut long) = (0, 0);
+        for (pair, [upper, lower]) in self.columns.width.as_chunks().0.iter().enumerate() {
+            let widest = *upper.max(lower);
+            short |= u32::from(0 < widest && widest <= HALF_BLOCK as i32) << pair;
+            long |= u32::from(widest > HALF_BLOCK as i32) << pair;
         }
-        for (lanes, width) in lanes.iter_mut().zip(&width) {
-            *lanes = 1u32.wrapping_shl(*width as u32) - 1;
+        if short != 0 {
+            let (x, y) = self.surface.base.corner;
+            let first = self.band.index(x, y + self.runs.y);
+            let runs = ShortRuns { columns: self.columns, first, row_len: self.band.width };
+            self.draw_short_runs::<P>(&runs, short);
         }
-        for row in (0..ROWS).step_by(2) {
-            if row >= self.runs.len {
-                return;
-            }
-            if width[row].max(width[row + 1]) > HALF_BLOCK as i32 {
-                self.draw_long_row::<P>(row);
-                self.draw_long_row::<P>(row + 1);
-                continue;
-            }
-            let [lower, upper] = [lanes[row], lanes[row + 1]];
-            if lower | upper == 0 {
-                continue;
-            }
-            let mut at = [begin[row], begin[row + 1]];
-            // A half without pixels lies beside the other.
-            if lower == 0 {
-                at[0] = at[1].wrapping_sub(HALF_BLOCK);
-            }
-            if upper == 0 {
-                at[1] = at[0] + HALF_BLOCK;
-            }
-            let part = PartBlock {
-                visible: lower | upper << HALF_BLOCK,
-                rows: [row, row + 1],
-                steps: [steps[row], steps[row + 1]],
-                pixels: [0; 2],
-            };
-            self.test_part::<P>(part, at);
+        while long != 0 {
+            let row = long.trailing_zeros() as usize * 2;
+            long &= long - 1;
+            self.draw_long_row::<P>(row);
+            self.draw_long_row::<P>(row + 1);
         }
     }
 
@@ -215,9 +193,9 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
                 visible: lanes,
                 rows: [row; 2],
                 steps: [steps, steps + HALF_BLOCK as f32],
-                pixels: [0; 2],
+                at: [at, at.wrapping_add(HALF_BLOCK)],
             };
-            self.test_part::<P>(part, [at, at.wrapping_add(HALF_BLOCK)]);
+            self.draw_part::<P>(part);
             if left <= LANES {
                 return;
             }

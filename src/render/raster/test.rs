@@ -10,28 +10,24 @@ use crate::coverage::run::RunGroup;
 use crate::fragment::block::{Block, BlockRows, HALF_BLOCK, LANES, Lanes};
 use crate::render::band::Band;
 use crate::render::raster::plan::{Plan, PlanFor};
-use crate::render::shader::{PartBlock, Patch, ShadeBlocks, WholeBlocks, halves_at};
+use crate::render::shader::{
+    BandDepths, PARTS, PartBlock, PartBlocks, Patch, ShadeBlocks, ShortRuns, WholeBlocks, halves_at,
+};
 use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
-/// Parts of blocks that are shaded at a time.
-const PARTS: usize = 8;
-
-/// Visible blocks that are not yet shaded. The depths of parts are stored already; kept are those from
-/// before, for the lanes that the shader will discard.
+/// Parts of blocks that are not yet shaded. With the [common](Plan::COMMON) plan they are not yet tested
+/// either: the shader's loop does that. With others they are visible, and their depths are stored already;
+/// kept are those from before, for the lanes that the shader will discard.
 #[derive(Clone, Debug)]
-pub(crate) struct Visible {
+pub(crate) struct Parts {
     parts: [PartBlock; PARTS],
-    part_depths: [Lanes; PARTS],
-    part_count: usize,
+    depths: [Lanes; PARTS],
+    count: usize,
 }
 
-impl Default for Visible {
+impl Default for Parts {
     fn default() -> Self {
-        Self {
-            parts: [PartBlock::default(); PARTS],
-            part_depths: [[0.0; LANES]; PARTS],
-            part_count: 0,
-        }
+        Self { parts: [PartBlock::default(); PARTS], depths: [[0.0; LANES]; PARTS], count: 0 }
     }
 }
 
@@ -44,51 +40,135 @@ pub(crate) struct RowsRaster<'r, 'b, S> {
     pub(crate) band: &'r mut Band<'b>,
     pub(crate) shader: &'r mut dyn ShadeBlocks,
     pub(crate) values: &'r mut RowValues,
-    pub(crate) columns: VisibleColumns,
-    pub(crate) visible: &'r mut Visible,
+    pub(crate) columns: &'r VisibleColumns,
+    pub(crate) parts: &'r mut Parts,
 }
 
 impl<S: Simd> RowsRaster<'_, '_, S> {
-    /// Tests a part of a block, whose halves begin at `at` in the band, and keeps it if a lane of
-    /// those given as visible is.
+    /// Draws pairs of short runs, a bit a pair.
     #[inline(always)]
-    pub(crate) fn test_part<P: PlanFor>(&mut self, part: PartBlock, at: [usize; 2]) {
+    pub(crate) fn draw_short_runs<P: PlanFor>(&mut self, runs: &ShortRuns<'_>, pairs: u32) {
+        let mut left = pairs;
+        if P::of(self.plan) == Plan::COMMON {
+            left = self.draw_parts(|_| PartBlocks::Runs(runs), pairs);
+            if left != 0 {
+                return self.draw_at_ends::<P>(left, |pair| runs.part(pair));
+            }
+        }
+        while left != 0 {
+            self.test_part::<P>(runs.part(left.trailing_zeros() as usize));
+            left &= left - 1;
+        }
+    }
+
+    /// Draws a part of a block, at the latest when the parts are [finished](Self::finish_parts).
+    #[inline(always)]
+    pub(crate) fn draw_part<P: PlanFor>(&mut self, part: PartBlock) {
+        if P::of(self.plan) != Plan::COMMON {
+            return self.test_part::<P>(part);
+        }
+        let kept = &mut self.parts.parts[self.parts.count % PARTS];
+        let PartBlock { visible, rows, steps, at } = part;
+        // One by one: a copy of what was just stored in parts would have to wait for them.
+        (kept.visible, kept.rows, kept.steps, kept.at) = (visible, rows, steps, at);
+        self.parts.count += 1;
+        if self.parts.count == PARTS {
+            self.finish_parts::<P>();
+        }
+    }
+
+    /// Draws the parts that are left.
+    #[inline(always)]
+    pub(crate) fn finish_parts<P: PlanFor>(&mut self) {
+        if self.parts.count == 0 {
+            return;
+        }
+        if P::of(self.plan) != Plan::COMMON {
+            return self.shade_parts::<P>();
+        }
+        let count = std::mem::take(&mut self.parts.count).min(PARTS);
+        let left = self.draw_parts(|parts| PartBlocks::Untested(parts), (1 << count) - 1);
+        if left != 0 {
+            let parts = self.parts.parts;
+            self.draw_at_ends::<P>(left, |number| parts[number % PARTS]);
+        }
+    }
+
+    /// Tests, shades and stores parts of blocks; those that are left have to be drawn otherwise.
+    #[inline(always)]
+    fn draw_parts<'p>(
+        &'p mut self,
+        parts: impl FnOnce(&'p [PartBlock; PARTS]) -> PartBlocks<'p>,
+        numbers: u32,
+    ) -> u32 {
+        self.surface.find_params(self.values);
+        let patch = Patch { surface: self.surface, runs: self.runs, values: self.values };
+        let Band { depth, pixels_before, .. } = &mut *self.band;
+        let band = BandDepths { depths: depth, pixels_before: *pixels_before };
+        self.shader.draw_parts(&patch, parts(&self.parts.parts), numbers, band)
+    }
+
+    /// Draws parts that reach over the ends of the band, or over themselves.
+    #[cold]
+    #[inline(never)]
+    fn draw_at_ends<P: PlanFor>(&mut self, numbers: u32, part: impl Fn(usize) -> PartBlock) {
+        let simd = self.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for number in (0..PARTS).filter(|number| numbers >> number & 1 != 0) {
+                    self.test_part::<P>(part(number));
+                    self.shade_parts::<P>();
+                }
+            },
+        );
+    }
+
+    /// Tests a part of a block, and keeps it if a lane of those given as visible is.
+    #[inline(always)]
+    fn test_part<P: PlanFor>(&mut self, part: PartBlock) {
         let block = Block::in_two_rows(self.simd, part.rows, part.steps);
         let depth = depth_of::<P, S>(self.plan, &block, self.surface, self.values);
-        let [lower, upper] = at.map(|at| f32x8::simd_from(self.simd, self.band.half(at)));
+        // Not by `array::map`, which would go through memory.
+        let lower = f32x8::simd_from(self.simd, self.band.half(part.at[0]));
+        let upper = f32x8::simd_from(self.simd, self.band.half(part.at[1]));
         let stored = lower.combine(upper);
         let visible = P::of(self.plan).comparison.passes(depth, stored) & part.visible;
         if visible == 0 {
             return;
         }
-        if self.visible.part_count == PARTS {
+        if self.parts.count == PARTS {
             self.shade_parts::<P>();
         }
-        let pixels = at.map(|at| at.wrapping_add(self.band.pixels_before));
-        let number = self.visible.part_count % PARTS;
-        self.visible.parts[number] = PartBlock { visible, pixels, ..part };
-        self.visible.part_count = number + 1;
+        let number = self.parts.count % PARTS;
+        self.parts.parts[number] = PartBlock { visible, ..part };
+        self.parts.count = number + 1;
         if P::of(self.plan).writes {
-            self.visible.part_depths[number] = stored.into();
-            store_part(visible, depth, stored, self.band, at);
+            self.parts.depths[number] = stored.into();
+            store_part(visible, depth, stored, self.band, part.at);
         }
     }
 
-    /// Shades the parts of blocks that were kept, and takes back the depths of what is discarded.
+    /// Shades the parts of blocks that are visible, and takes back the depths of what is discarded.
     #[inline(always)]
-    pub(crate) fn shade_parts<P: PlanFor>(&mut self) {
-        let count = std::mem::take(&mut self.visible.part_count).min(PARTS);
+    fn shade_parts<P: PlanFor>(&mut self) {
+        let count = std::mem::take(&mut self.parts.count).min(PARTS);
         if count == 0 || self.shader.is_depth_only() {
             return;
         }
-        let visible = self.visible.parts.map(|part| part.visible);
-        let parts = &mut self.visible.parts[..count];
+        let mut visible = [0; PARTS];
+        for (visible, part) in visible.iter_mut().zip(&self.parts.parts) {
+            *visible = part.visible;
+        }
         self.surface.find_params(self.values);
         let patch = Patch { surface: self.surface, runs: self.runs, values: self.values };
-        self.shader.shade_parts(&patch, parts);
+        let Band { depth, pixels_before, .. } = &mut *self.band;
+        let band = BandDepths { depths: depth, pixels_before: *pixels_before };
+        let parts = PartBlocks::Visible(&mut self.parts.parts);
+        self.shader.draw_parts(&patch, parts, (1 << count) - 1, band);
         if P::of(self.plan).writes {
-            let depths = &self.visible.part_depths;
-            for ((part, visible), depth) in parts.iter().zip(visible).zip(depths) {
+            let Parts { parts, depths, .. } = &*self.parts;
+            for ((part, visible), depth) in parts[..count].iter().zip(visible).zip(depths) {
                 if part.visible != visible {
                     take_back_part(part, visible & !part.visible, depth, self.band);
                 }
@@ -153,8 +233,7 @@ fn store_part<S: Simd>(
 /// Puts the depths back that lanes had which were discarded.
 #[cold]
 fn take_back_part(part: &PartBlock, discarded: u32, before: &Lanes, band: &mut Band<'_>) {
-    let at = part.pixels.map(|pixel| pixel.wrapping_sub(band.pixels_before));
-    store_lanes(discarded, before, band, at);
+    store_lanes(discarded, before, band, part.at);
 }
 
 /// Stores the depths of some lanes, one by one: for blocks that reach over the ends of the band, or over
