@@ -234,7 +234,7 @@ mod tests {
     /// Everything that is set up, to the bit.
     fn bits(surface: &SurfaceView<'_>) -> String {
         let planes: Vec<_> =
-            surface.params.iter().map(|plane| plane.map(|lanes| lanes[surface.lane])).collect();
+            surface.params.iter().map(|plane| plane.of(surface.lane)).collect();
         format!("{:?} {planes:?}", surface.base)
     }
 
@@ -278,7 +278,7 @@ mod tests {
                     let (mut any, mut alone) =
                         (PolygonSurface::default(), PolygonSurface::default());
                     any.set_up(&call, face, &positions, &params, true);
-                    let found = batch.get(lane, &call, 7);
+                    let found = batch.take(lane, &call, 7);
                     assert_eq!(found.is_some(), is_plain(&any.view(), &points), "{triangle:?}");
                     let Some((together, lines)) = found else {
                         others += 1;
