@@ -10,6 +10,9 @@
 //! a vertex exactly on a plane is kept as it is; and arithmetic is f64 throughout, so that clipping by
 //! many planes adds no visible error.
 //!
+//! To go on to the [edge table](crate::coverage::EdgeTable) and a [`Surface`](crate::Surface) use
+//! [`Clipper::clip_outline`]; [`Clipper::clip`] is for a polygon by itself.
+//!
 //! The step itself is in `clip::polygon`, over the `clip::records` of a polygon. Outlines that fall
 //! apart are closed anew along the plane by `clip::chains`.
 

@@ -205,6 +205,7 @@ pub mod obj;
 #[cfg(test)]
 mod test_rng;
 
+#[doc(no_inline)]
 pub use fearless_simd::Level;
 pub use glam;
 

@@ -53,7 +53,8 @@ pub struct ScanConverter<const N: usize> {
 
 impl<const N: usize> ScanConverter<N> {
     /// A scan converter that visits all the pixels of a viewport, with the settings of
-    /// [`Settings::new`].
+    /// [`Settings::new`]. Rows and columns of its spans are those of the framebuffer: where the viewport
+    /// has a [corner](Viewport::with_corner), they may be negative or beyond the framebuffer.
     #[must_use]
     pub fn new(viewport: Viewport) -> Self {
         Self {
@@ -133,13 +134,22 @@ impl<'a, const N: usize> Iterator for Spans<'a, N> {
 /// let points: Vec<_> = vertices.iter().map(|v| project(v.position)).collect();
 /// // ... find the coverage, lay the planes, ...
 /// let mut edges = EdgeTable::new();
-/// edges.fill_chains(&points, chains, 0..4);
+/// edges.fill_rule = settings.fill_rule;
+/// edges.fill_chains(&points, chains, settings.rows());
 /// let mut surface = Surface::new();
-/// surface.fit(&settings, vertices, chains);
-/// // ... and go on with spans.
+/// if !surface.fit(&settings, vertices, chains) {
+///     return Ok(());
+/// }
+/// // ... and go on with spans, and fragments, to depths and colours of one's own.
+/// let (mut depths, mut colors) = ([settings.depth.farthest(); 16], [0.0; 16]);
 /// for run in edges.runs() {
 ///     let Some(span) = surface.span(&run) else { continue };
-///     println!("row {}: columns {:?}, {:?}", span.row(), span.columns(), span.start());
+///     for fragment in span.fragments() {
+///         let pixel = fragment.y as usize * 4 + fragment.x as usize;
+///         if fragment.depth < depths[pixel] {
+///             (depths[pixel], colors[pixel]) = (fragment.depth, fragment.params[0]);
+///         }
+///     }
 /// }
 /// # Ok::<(), polyscan::SizeError>(())
 /// ```
@@ -149,6 +159,8 @@ pub struct Surface<const N: usize> {
     values: RowValues,
     points: Vec<SubpixelPoint>,
     columns: Range<i32>,
+    rows: Range<i32>,
+    sides: usize,
 }
 
 impl<const N: usize> Surface<N> {
@@ -159,8 +171,11 @@ impl<const N: usize> Surface<N> {
     }
 
     /// Lays planes through the parameters of a polygon as the [clipper](crate::clip::Clipper) has left
-    /// it; returns whether it is to be drawn, which a polygon is not that
-    /// [`Settings::cull`] leaves out.
+    /// it; returns whether it is to be drawn, which a polygon is not that [`Settings::cull`] leaves out:
+    /// it has no spans. Without chains the vertices are one closed contour.
+    ///
+    /// A span knows no number of a face: [`Fragment::face`](crate::Fragment::face) is 0.
+    #[must_use = "a polygon that is culled has no spans"]
     pub fn fit(
         &mut self,
         settings: &Settings<N>,
@@ -168,7 +183,7 @@ impl<const N: usize> Surface<N> {
         chains: &[Chain],
     ) -> bool {
         let call = settings.call(settings.viewport.rect(), &[]);
-        self.columns = call.window.columns.clone();
+        (self.columns, self.rows) = (call.window.columns.clone(), call.window.rows.clone());
         self.points.clear();
         let project = |v: &ClipVertex<N>| SubpixelPoint::project(v.position, &settings.viewport);
         self.points.extend(vertices.iter().map(project));
@@ -177,17 +192,27 @@ impl<const N: usize> Surface<N> {
         // A contour that is alone needs no closing vertex: so the planes are those of the whole.
         let is_closed = chains.len() == 1 && vertices.first() == vertices.last();
         let vertices = &vertices[..vertices.len().saturating_sub(usize::from(is_closed))];
+        self.sides = vertices.len();
         let positions: Vec<_> = vertices.iter().map(|v| v.position).collect();
         let params: Vec<_> = vertices.iter().flat_map(|v| v.params).collect();
         if !positions.is_empty() {
             self.surface.set_up(&call, face, &positions, &params, false);
         }
-        !positions.is_empty() && !call.culled.leaves_out(area)
+        let is_drawn = !positions.is_empty() && !call.culled.leaves_out(area);
+        if !is_drawn {
+            self.rows = 0..0;
+        }
+        is_drawn
     }
 
-    /// The span of a run that the [edge table](crate::coverage::EdgeTable) has found; `None` if none of
-    /// its pixels is to be visited.
+    /// The span of a run that the [edge table](crate::coverage::EdgeTable) has found for the same
+    /// vertices; `None` if none of its pixels is to be visited, or if it has edges that the polygon has
+    /// not.
     pub fn span(&mut self, run: &Run) -> Option<Span<'_, N>> {
+        let has_edges = run.edges.iter().all(|&edge| (edge as usize) < self.sides);
+        if !has_edges || !self.rows.contains(&run.y) {
+            return None;
+        }
         Span::new(self.surface.view(), run, &self.columns, &mut self.values)
     }
 }

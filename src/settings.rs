@@ -172,6 +172,14 @@ impl<const N: usize> Settings<N> {
         }
     }
 
+    /// The rows to visit, from the viewport's top: all of them, or those within the
+    /// [`scissor`](Self::scissor). This is what an [edge table](crate::coverage::EdgeTable) is filled
+    /// for.
+    #[must_use]
+    pub fn rows(&self) -> std::ops::Range<i32> {
+        Window::new(&self.viewport, self.scissor, self.viewport.rect()).rows
+    }
+
     /// All planes that polygons are clipped by: near, far, the sides of the guard band, and the
     /// [`planes`](Self::planes) given.
     #[must_use]

@@ -56,7 +56,8 @@ impl EdgeTable {
 
     /// Replaces the edges by those of one closed contour, as far as they cross the given rows. It
     /// may be concave or cross itself: the [`fill_rule`](Self::fill_rule) says what is inside.
-    /// Positions must lie within 2^26 subpixels of the origin, which is what the guard band
+    /// Rows count from the viewport's top, as the points do; [`Settings::rows`](crate::Settings::rows)
+    /// has those to visit. Positions must lie within 2^26 subpixels of the origin, which is what the guard band
     /// grants; the time does not depend on how many rows or columns lie outside.
     pub fn fill(&mut self, outline: &[SubpixelPoint], rows: Range<i32>) {
         self.rows = rows;

@@ -5,9 +5,9 @@ use std::ops::Range;
 /// A run of pixels in one row, between two edges of the outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// The row.
+    /// The row, from the viewport's top; [`Span::row`](crate::Span::row) adds the viewport's corner.
     pub y: i32,
-    /// The columns; never empty.
+    /// The columns, from the viewport's left side; never empty.
     pub x: Range<i32>,
     /// The outline's edges on the left and on the right; edge k goes from vertex k to the next.
     pub edges: [u32; 2],

@@ -18,7 +18,8 @@ pub struct Fragment<'a, const N: usize> {
     pub face: u32,
     /// Whether the polygon's front is seen, by [`Settings::front_face`](crate::Settings::front_face).
     pub front_facing: bool,
-    /// z/w after the viewport's depth range, between the depths of the polygon's vertices.
+    /// z/w after the viewport's depth range, between the depths of the polygon's vertices. It is that
+    /// whatever the [`DepthMode`](crate::DepthMode): with 1/w as depth a renderer stores another number.
     pub depth: f32,
     /// The w of clip space, between those of the polygon's vertices. With the usual matrices this is
     /// the distance from the eye along the direction of view, in the units of object space.

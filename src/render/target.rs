@@ -62,7 +62,9 @@ pub enum TargetError {
 }
 
 impl<'a, C> Target<'a, C> {
-    /// A target of rows of `width` pixels.
+    /// A target of rows of `width` pixels. Before the first polygon the depths must be
+    /// [the farthest](crate::DepthMode::farthest), 1.0 by default: fill them, or call a renderer's
+    /// `clear`. On zeros nothing is drawn.
     ///
     /// # Errors
     /// When there are not as many depths as colours, when they do not fill whole rows, or when a side

@@ -233,8 +233,7 @@ mod tests {
 
     /// Everything that is set up, to the bit.
     fn bits(surface: &SurfaceView<'_>) -> String {
-        let planes: Vec<_> =
-            surface.params.iter().map(|plane| plane.of(surface.lane)).collect();
+        let planes: Vec<_> = surface.params.iter().map(|plane| plane.of(surface.lane)).collect();
         format!("{:?} {planes:?}", surface.base)
     }
 
