@@ -156,14 +156,13 @@ impl Primitive {
         polygon: &StoredPolygon<'_>,
         rows: &Range<i32>,
     ) {
-        let Self { records, points, edges, surface, .. } = self;
-        records.copy_from(polygon.vertices, polygon.range.clone());
+        let Self { points, edges, surface, .. } = self;
+        let (positions, params) = polygon.vertices.some(polygon.range.clone());
         points.clear();
-        let positions = records.positions();
         points.extend(positions.iter().map(|&p| SubpixelPoint::project(p, &call.viewport)));
         edges.fill_rule = call.fill_rule;
         edges.fill_chains(points, polygon.chains, rows.clone());
-        let (params, face) = (records.all_params(), (face, polygon.is_front));
+        let face = (face, polygon.is_front);
         surface.set_up(call, face, positions, params, polygon.is_affine);
     }
 

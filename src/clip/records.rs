@@ -53,10 +53,13 @@ impl Records {
     #[inline(always)]
     pub(crate) fn push(&mut self, position: Vec4, params: &[f32], interpolation: &[Interpolation]) {
         self.positions.push(position.as_dvec4());
-        let is_first = self.params.len() < self.width || self.params.is_empty();
-        for (i, (param, interpolation)) in params.iter().zip(interpolation).enumerate() {
-            let is_flat = *interpolation == Interpolation::Flat && !is_first;
-            self.params.push(if is_flat { self.params[i] } else { f64::from(*param) });
+        let before = self.params.len();
+        self.params.extend(params.iter().map(|param| f64::from(*param)));
+        let (first, own) = self.params.split_at_mut(before);
+        for ((first, own), interpolation) in first.iter().zip(own).zip(interpolation) {
+            if *interpolation == Interpolation::Flat {
+                *own = *first;
+            }
         }
     }
 
@@ -78,12 +81,10 @@ impl Records {
         self.params.extend_from_slice(&other.params);
     }
 
-    /// Replaces the records by some of another list.
-    pub(crate) fn copy_from(&mut self, other: &Self, vertices: std::ops::Range<usize>) {
-        self.clear(other.width);
-        self.positions.extend_from_slice(&other.positions[vertices.clone()]);
-        let params = vertices.start * other.width..vertices.end * other.width;
-        self.params.extend_from_slice(&other.params[params]);
+    /// The positions of some vertices, and their parameters, end to end.
+    pub(crate) fn some(&self, vertices: std::ops::Range<usize>) -> (&[DVec4], &[f64]) {
+        let params = vertices.start * self.width..vertices.end * self.width;
+        (&self.positions[vertices], &self.params[params])
     }
 
     /// Adds a copy of one of the vertices.

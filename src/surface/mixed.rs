@@ -37,6 +37,12 @@ impl ScreenVertices {
         }
     }
 
+    /// The values s_1 .. s_n at a vertex.
+    #[inline(always)]
+    pub(crate) fn s(&self, vertex: usize) -> &[f64] {
+        &self.s[vertex * self.params..(vertex + 1) * self.params]
+    }
+
     /// The smallest and the largest of some values at all vertices; NaN is passed over.
     pub(crate) fn extent(&self, value: impl Fn(usize) -> f64) -> (f64, f64) {
         extent((0..self.points.len()).map(value))

@@ -106,13 +106,16 @@ impl PolygonSurface {
             &mut self.mixed;
         *n = call.params();
         points.clear();
+        points.extend(positions.iter().map(|p| project(call, p.to_array(), unit)));
         s.clear();
-        for (vertex, position) in positions.iter().enumerate() {
-            let point: ScreenPoint = project(call, position.to_array(), unit);
-            points.push(point);
-            let params = &params[vertex * *n..(vertex + 1) * *n];
-            let divided = |(r, times_w): (&f64, &bool)| if *times_w { r * point.inv_w } else { *r };
-            s.extend(params.iter().zip(&*times_w).map(divided));
+        s.extend_from_slice(params);
+        let each = s.chunks_exact_mut((*n).max(1));
+        for (s, point) in each.zip(&*points) {
+            for (s, times_w) in s.iter_mut().zip(&*times_w) {
+                if *times_w {
+                    *s *= point.inv_w;
+                }
+            }
         }
     }
 
@@ -140,28 +143,27 @@ impl PolygonSurface {
 
     /// Lays planes through the values at three of the vertices; whether there are any.
     fn find_planes(&mut self) -> bool {
-        let vertices = &self.mixed.vertices;
-        self.params.clear();
-        let mut none = |base: &mut SurfaceBase| {
-            (base.z, base.inv_w) = Default::default();
-            self.params.resize(vertices.params, BatchPlane::default());
-            false
-        };
-        let Some(triangle) = widest_triangle(&vertices.points) else { return none(&mut self.base) };
-        let [a, b, c] = triangle.map(|v| [vertices.points[v].x, vertices.points[v].y]);
-        let basis = PlaneBasis::new([a, b, c]);
-        let plane = |component| basis.plane(triangle.map(|v| vertices.get(v, component)));
-        let (z, inv_w) = (plane(Component::Z), plane(Component::InvW));
-        if !(basis.is_wide && (z.dx + inv_w.dx + (z.dy + inv_w.dy)).is_finite()) {
-            return none(&mut self.base);
+        let Self { base, params, mixed: Mixed { vertices, .. }, .. } = self;
+        (base.z, base.inv_w) = Default::default();
+        // Other lanes than the first may keep what they have.
+        params.resize(vertices.params, BatchPlane::default());
+        let triangle = widest_triangle(&vertices.points);
+        if let Some([a, b, c]) = triangle {
+            let [pa, pb, pc] = [&vertices.points[a], &vertices.points[b], &vertices.points[c]];
+            let basis = PlaneBasis::new([[pa.x, pa.y], [pb.x, pb.y], [pc.x, pc.y]]);
+            let z = basis.plane([pa.z, pb.z, pc.z]);
+            let inv_w = basis.plane([pa.inv_w, pb.inv_w, pc.inv_w]);
+            if basis.is_wide && (z.dx + inv_w.dx + (z.dy + inv_w.dy)).is_finite() {
+                (base.origin, base.z, base.inv_w) = ([pa.x, pa.y], z, inv_w);
+                let [sa, sb, sc] = [vertices.s(a), vertices.s(b), vertices.s(c)];
+                for (((lanes, a), b), c) in params.iter_mut().zip(sa).zip(sb).zip(sc) {
+                    store(lanes, basis.plane([*a, *b, *c]));
+                }
+                return true;
+            }
         }
-        (self.base.origin, self.base.z, self.base.inv_w) = (a, z, inv_w);
-        self.params.extend((0..vertices.params).map(|i| {
-            let mut lanes = BatchPlane::default();
-            store(&mut lanes, plane(Component::S(i)));
-            lanes
-        }));
-        true
+        params.iter_mut().for_each(|lanes| store(lanes, ScreenPlane::default()));
+        false
     }
 
     #[cold]
@@ -206,11 +208,11 @@ impl PolygonSurface {
     }
 
     fn fits_f32(&self) -> bool {
-        let vertices = &self.mixed.vertices;
+        let Self { params, mixed: Mixed { vertices, .. }, .. } = self;
         let mut sum = 0.0;
-        for (i, plane) in self.params.iter().enumerate() {
-            for v in 0..vertices.points.len() {
-                sum += vertices.get(v, Component::S(i)).abs();
+        for (i, plane) in params.iter().enumerate() {
+            for s in vertices.s.iter().skip(i).step_by(vertices.params) {
+                sum += s.abs();
             }
             let plane = plane.of(0);
             sum = sum + plane.dx.abs() + plane.dy.abs();
