@@ -17,9 +17,9 @@
 //! No two edges run along the same stretch of the plane, so nothing is left to cancel. The result
 //! is a list of [`Chain`]s; the plane's may have any winding.
 //!
-//! Where the outline touches the plane from outside, a vertex that lies on it parts the edge along the
-//! plane, too. For what is left on the other side of the plane has that vertex, and once they are
-//! rounded it does not lie on a line through its neighbours.
+//! Where the outline touches a plane from outside, a vertex that lies on it parts the edge along the
+//! plane, too, if the plane's other side may be wanted. For what is left there has that vertex, and once
+//! it is rounded it does not lie on the line between its neighbours.
 
 use glam::{DVec2, Vec4Swizzles};
 
@@ -54,6 +54,7 @@ impl ChainCutter {
         &mut self,
         (vertices, chains): (&Records, &[Chain]),
         (next, next_chains): (&mut Records, &mut Vec<Chain>),
+        has_two_sides: bool,
         distance: impl Fn(usize) -> f64,
         cross: impl Fn(&mut Records, [usize; 2], [f64; 2]),
     ) {
@@ -96,7 +97,7 @@ impl ChainCutter {
             pieces.end();
             start = end;
         }
-        if !self.crossings.is_empty() {
+        if has_two_sides && !self.crossings.is_empty() {
             for &touching in &self.touching {
                 self.crossings.push(Crossing { vertex: next.len(), along: 0.0, change: 0 });
                 next.push_from(vertices, touching);

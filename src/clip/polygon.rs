@@ -184,6 +184,7 @@ impl PolygonClipper {
         self.cutter.cut(
             (vertices, &self.chains),
             (&mut self.next, &mut self.next_chains),
+            plane.has_two_sides(),
             |vertex| plane.distance(vertices.positions()[vertex]),
             |next, ends, distances| {
                 next.push_crossing(vertices, ends, distances, plane, interpolation);
@@ -194,8 +195,8 @@ impl PolygonClipper {
     }
 
     /// Sutherland and Hodgman's step; whether the contour stays in one part. Then it crosses or
-    /// touches the plane in no more than two places, and a single edge along the plane closes it: if no
-    /// edge lies in the plane, whose one end would be on this side, the other on the other.
+    /// touches the plane in no more than two places, and a single edge along the plane closes it. Only
+    /// where an edge lies in a plane with two sides, it takes more, since each side has one of its ends.
     fn clip_contour_by(&mut self, plane: &impl Cutter, interpolation: &[Interpolation]) -> bool {
         let Self { vertices, next, .. } = self;
         next.clear(vertices.width());
@@ -222,6 +223,7 @@ impl PolygonClipper {
             (before, da) = (da, db);
         }
         let is_on_both_sides = closed_changes > 0 && open_changes > 0;
-        closed_changes.max(open_changes) <= 2 && !(has_edge_in_plane && is_on_both_sides)
+        let is_parted_there = has_edge_in_plane && is_on_both_sides && plane.has_two_sides();
+        closed_changes.max(open_changes) <= 2 && !is_parted_there
     }
 }
