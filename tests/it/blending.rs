@@ -112,7 +112,7 @@ fn light_is_blended_as_it_is() {
             for (found, exact) in pixel.to_array().into_iter().zip(exact) {
                 // Three roundings of numbers of at most 4.
                 let off = (f64::from(found) - exact).abs();
-                assert!(off <= 3.0 * 4.0 / (1 << 24) as f64, "{what}: {found} for {exact}");
+                assert!(off <= 3.0 * 4.0 / f64::from(1 << 24), "{what}: {found} for {exact}");
             }
         };
         let mut pixel = below;
@@ -146,7 +146,7 @@ fn renderers_blend_codes_layer_by_layer() {
     let mut frame = Framebuffer::new(WIDTH, 3, [0; 4]).expect("a small frame");
     frame.color_mut().iter_mut().for_each(|color| *color = any_codes(rng));
     let before = frame.clone();
-    let glass = |face: u32| face % 3 != 0;
+    let glass = |face: u32| !face.is_multiple_of(3);
     let mut expected = frame.color().to_vec();
     for (i, pixel) in expected.iter_mut().enumerate() {
         for face in 0..8 {

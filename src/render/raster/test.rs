@@ -87,7 +87,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             return self.shade_parts::<P>();
         }
         let count = std::mem::take(&mut self.parts.count).min(PARTS);
-        let left = self.draw_parts(|parts| PartBlocks::Untested(parts), (1 << count) - 1);
+        let left = self.draw_parts(PartBlocks::Untested, (1 << count) - 1);
         if left != 0 {
             let parts = self.parts.parts;
             self.draw_at_ends::<P>(left, |number| parts[number % PARTS]);
