@@ -15,9 +15,9 @@ use crate::render::shader::{
 };
 use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
-/// Parts of blocks that are not yet shaded. With the [common](Plan::COMMON) plan they are not yet tested
-/// either: the shader's loop does that. With others they are visible, and their depths are stored already;
-/// kept are those from before, for the lanes that the shader will discard.
+/// Parts of blocks that are not yet shaded. With the [common](Plan::COMMON) plan they are not yet
+/// tested either: the shader's loop does that. With others they are visible, and their depths are
+/// stored already; kept are those from before, for the lanes that the shader will discard.
 #[derive(Clone, Debug)]
 pub(crate) struct Parts {
     parts: [PartBlock; PARTS],
@@ -91,7 +91,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             return self.shade_parts::<P>();
         }
         let count = std::mem::take(&mut self.parts.count).min(PARTS);
-        let left = self.draw_parts(|parts| PartBlocks::Untested(parts), (1 << count) - 1);
+        let left = self.draw_parts(PartBlocks::Untested, (1 << count) - 1);
         if left != 0 {
             let parts = self.parts.parts;
             self.draw_at_ends::<P>(left, |number| parts[number % PARTS]);
