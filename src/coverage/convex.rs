@@ -131,24 +131,29 @@ impl<'a> ActivePair<'a> {
         Self { left, right, active: active.map(|(left, right)| [left, right]), end }
     }
 
-    /// Goes on to the next row.
+    /// Goes on to the next row, if there is one. The edges stay where they are: a copy of what was just
+    /// stored in parts would have to wait for them.
     #[inline(always)]
-    fn advance(&mut self, [left, right]: &mut [Edge; 2]) -> bool {
+    fn advance(&mut self) {
+        let Some([left, right]) = &mut self.active else { return };
         let y = left.rows.0 + 1;
-        if y >= self.end {
-            return false;
-        }
-        for (edge, side) in [(left, &mut self.left), (right, &mut self.right)] {
-            edge.rows.0 = y;
-            if y < edge.rows.1 {
-                edge.advance();
-            } else if let Some(next) = side.next_edge() {
-                *edge = next;
-            } else {
-                return false;
+        let mut goes_on = y < self.end;
+        if goes_on {
+            for (edge, side) in [(left, &mut self.left), (right, &mut self.right)] {
+                edge.rows.0 = y;
+                if y < edge.rows.1 {
+                    edge.advance();
+                } else if let Some(next) = side.next_edge() {
+                    *edge = next;
+                } else {
+                    goes_on = false;
+                    break;
+                }
             }
         }
-        true
+        if !goes_on {
+            self.active = None;
+        }
     }
 }
 
@@ -156,10 +161,9 @@ impl<'a> ActivePair<'a> {
     /// The run of the next row, which may be empty.
     #[inline(always)]
     fn next_row(&mut self) -> Option<Run> {
-        let mut pair = self.active?;
-        let [left, right] = &pair;
+        let [left, right] = self.active.as_ref()?;
         let run = Run { y: left.rows.0, x: left.x..right.x, edges: [left.index, right.index] };
-        self.active = if self.advance(&mut pair) { Some(pair) } else { None };
+        self.advance();
         Some(run)
     }
 

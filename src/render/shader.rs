@@ -59,8 +59,8 @@ pub(crate) enum PartBlocks<'p> {
 #[derive(Debug)]
 pub(crate) struct ShortRuns<'c> {
     pub(crate) columns: &'c VisibleColumns,
-    /// Where the viewport's first column is in the group's first row, in the band: modulo 2^64, since the
-    /// viewport may begin left of the band.
+    /// Where the viewport's first column is in the group's first row, in the band: modulo 2^64, since
+    /// the viewport may begin left of the band.
     pub(crate) first: usize,
     pub(crate) row_len: usize,
 }
@@ -132,12 +132,13 @@ pub(crate) trait ShadeBlocks {
     /// Draws whole blocks by [`Plan::COMMON`](crate::render::raster::plan::Plan::COMMON), on the given
     /// depths, as long as all lanes of each are visible or none. Returns how many pixels that are.
     ///
-    /// Test, shader and store are in one loop: only so do the waits for depths overlap with the work of the
-    /// shader. Apart they made a quad of two parameters take half as long again.
+    /// Test, shader and store are in one loop: only so do the waits for depths overlap with the work
+    /// of the shader. Apart they made a quad of two parameters take half as long again.
     fn draw_whole(&mut self, patch: &Patch<'_>, blocks: WholeBlocks, depths: &mut [f32]) -> usize;
 
-    /// Draws the parts of blocks whose numbers have a bit in `numbers`. Returns those of parts that were to be
-    /// tested and are not drawn, since they reach over the ends of the band, or over themselves.
+    /// Draws the parts of blocks whose numbers have a bit in `numbers`. Returns those of parts that
+    /// were to be tested and are not drawn, since they reach over the ends of the band, or over
+    /// themselves.
     fn draw_parts(
         &mut self,
         patch: &Patch<'_>,
@@ -518,9 +519,9 @@ impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> Painter<'_, S, C, K, N> 
     }
 }
 
-/// Draws the parts of blocks that have a bit in `numbers`; calls `shade` for those of which a lane is
-/// visible, and stores the depths of the lanes that it returns. Returns the numbers of those that are not
-/// drawn, since their halves are not whole or not apart.
+/// Draws the parts of blocks that have a bit in `numbers`; calls `shade` for those of which a lane
+/// is visible, and stores the depths of the lanes that it returns. Returns the numbers of those that
+/// are not drawn, since their halves are not whole or not apart.
 #[inline(always)]
 fn draw_part_blocks<S: Simd>(
     simd: S,

@@ -9,7 +9,7 @@ use fearless_simd::Simd;
 
 use crate::coverage::run::{ROWS, RunGroup};
 use crate::coverage::shape::Coverage;
-use crate::fragment::block::{ALL, HALF_BLOCK, LANES};
+use crate::fragment::block::{ALL, HALF_BLOCK, LANES, SpanLine};
 use crate::render::band::Band;
 use crate::render::coarse_depth::TILE_WIDTH;
 use crate::render::raster::plan::{ForAny, ForCommon, Plan, PlanFor};
@@ -142,18 +142,18 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         let band_row = (corner_y + self.runs.y + row as i32 - self.band.first) as usize;
         let end = first + width;
         let mut visible = first..end;
+        let (line, steps) = (SpanLine::of(&self.values.z, row), self.columns.steps[row]);
+        let (min, max) = self.surface.base.z_range;
+        // The same bits as in a block. They grow or fall along the run, since rounding keeps the order of
+        // products and of sums. All that it needs is in it, so that it need not be read again each time.
+        let depth = move |column: usize| {
+            let steps = steps + (column as i32 - first as i32) as f32;
+            (steps * line.delta + line.at).max(min).min(max)
+        };
         loop {
             if end - first > TILE_WIDTH
                 && let Some(coarse) = &mut self.band.coarse
             {
-                let line = self.values.z;
-                let (steps, (min, max)) = (self.columns.steps[row], self.surface.base.z_range);
-                // The same bits as in a block. They grow or fall along the run, since rounding keeps the
-                // order of products and of sums.
-                let depth = |column: usize| {
-                    let steps = steps + (column - first) as f32;
-                    (steps * line.delta + line.at[row]).max(min).min(max)
-                };
                 let rest = visible.start..end;
                 visible = coarse.next_visible(self.band.depth, band_row, rest, depth);
             }
@@ -199,6 +199,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             if left <= LANES {
                 return;
             }
+            self.finish_parts::<P>();
             at = at.wrapping_add(LANES);
             steps += LANES as f32;
             let done = self.draw_whole::<P>(row, steps, at..end);

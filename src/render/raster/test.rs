@@ -15,9 +15,9 @@ use crate::render::shader::{
 };
 use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
-/// Parts of blocks that are not yet shaded. With the [common](Plan::COMMON) plan they are not yet tested
-/// either: the shader's loop does that. With others they are visible, and their depths are stored already;
-/// kept are those from before, for the lanes that the shader will discard.
+/// Parts of blocks that are not yet shaded. With the [common](Plan::COMMON) plan they are not yet
+/// tested either: the shader's loop does that. With others they are visible, and their depths are
+/// stored already; kept are those from before, for the lanes that the shader will discard.
 #[derive(Clone, Debug)]
 pub(crate) struct Parts {
     parts: [PartBlock; PARTS],
