@@ -104,7 +104,7 @@ impl ClipPlane {
     /// wanted, too, from the smaller end, so that rounding is least, or of two alike from the one whose
     /// coordinates first are less. So both sides find the same.
     pub(crate) fn cuts_from_outside(&self, inner: DVec4, outer: DVec4) -> bool {
-        if self.is_bound {
+        if !self.has_two_sides() {
             return false;
         }
         let (inner_size, outer_size) = (inner.abs().max_element(), outer.abs().max_element());
@@ -113,6 +113,11 @@ impl ClipPlane {
         }
         let (inner, outer) = (inner.to_array(), outer.to_array());
         inner.iter().zip(&outer).find(|(i, o)| i != o).is_some_and(|(i, o)| o < i)
+    }
+
+    /// Whether what is on the plane's other side may be wanted, too.
+    pub(crate) fn has_two_sides(&self) -> bool {
+        !self.is_bound
     }
 
     /// Removes the rounding error of a vertex that should lie on the plane, where the plane is one

@@ -16,6 +16,10 @@
 //!
 //! No two edges run along the same stretch of the plane, so nothing is left to cancel. The result
 //! is a list of [`Chain`]s; the plane's may have any winding.
+//!
+//! Where the outline touches a plane from outside, a vertex that lies on it parts the edge along the
+//! plane, too, if the plane's other side may be wanted. For what is left there has that vertex, and once
+//! it is rounded it does not lie on the line between its neighbours.
 
 use glam::{DVec2, Vec4Swizzles};
 
@@ -26,6 +30,8 @@ use crate::outline::Chain;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChainCutter {
     crossings: Vec<Crossing>,
+    /// The vertices on the plane that are ends of edges outside, or of edges in the plane.
+    touching: Vec<usize>,
 }
 
 /// Where a chain of the clipped outline begins or ends on the plane.
@@ -35,7 +41,7 @@ struct Crossing {
     vertex: usize,
     /// Where it lies along the plane.
     along: f64,
-    /// The winding of the chain if it ends here, less that if it begins.
+    /// The winding of the chain if it ends here, less that if it begins; 0 if it merely touches.
     change: i32,
 }
 
@@ -48,12 +54,14 @@ impl ChainCutter {
         &mut self,
         (vertices, chains): (&Records, &[Chain]),
         (next, next_chains): (&mut Records, &mut Vec<Chain>),
+        has_two_sides: bool,
         distance: impl Fn(usize) -> f64,
         cross: impl Fn(&mut Records, [usize; 2], [f64; 2]),
     ) {
         next.clear(vertices.width());
         next_chains.clear();
         self.crossings.clear();
+        self.touching.clear();
         let mut start = 0;
         for &Chain { end, winding } in chains {
             let mut pieces = Pieces {
@@ -80,11 +88,21 @@ impl ChainCutter {
                         |records| add(records, db >= 0.0, b),
                         [da <= 0.0, db <= 0.0],
                     );
+                } else {
+                    self.touching.extend((da == 0.0).then_some(a));
+                    self.touching.extend((db == 0.0).then_some(b));
                 }
                 da = db;
             }
             pieces.end();
             start = end;
+        }
+        if has_two_sides && !self.crossings.is_empty() {
+            for &touching in &self.touching {
+                self.crossings.push(Crossing { vertex: next.len(), along: 0.0, change: 0 });
+                next.push_from(vertices, touching);
+                next_chains.push(Chain { end: next.len(), winding: 0 });
+            }
         }
         self.close_along_plane(next, next_chains);
     }

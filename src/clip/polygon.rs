@@ -184,6 +184,7 @@ impl PolygonClipper {
         self.cutter.cut(
             (vertices, &self.chains),
             (&mut self.next, &mut self.next_chains),
+            plane.has_two_sides(),
             |vertex| plane.distance(vertices.positions()[vertex]),
             |next, ends, distances| {
                 next.push_crossing(vertices, ends, distances, plane, interpolation);
@@ -194,7 +195,8 @@ impl PolygonClipper {
     }
 
     /// Sutherland and Hodgman's step; whether the contour stays in one part. Then it crosses or
-    /// touches the plane in no more than two places, and a single edge along the plane closes it.
+    /// touches the plane in no more than two places, and a single edge along the plane closes it. Only
+    /// where an edge lies in a plane with two sides, it takes more, since each side has one of its ends.
     fn clip_contour_by(&mut self, plane: &impl Cutter, interpolation: &[Interpolation]) -> bool {
         let Self { vertices, next, .. } = self;
         next.clear(vertices.width());
@@ -203,6 +205,7 @@ impl PolygonClipper {
         let (mut before, mut da) = (plane.distance(*last), plane.distance(*first));
         // How often the contour changes sides, vertices on the plane counted to the one or the other.
         let (mut closed_changes, mut open_changes) = (0, 0);
+        let mut has_edge_in_plane = false;
         for a in 0..positions.len() {
             let b = if a + 1 == positions.len() { 0 } else { a + 1 };
             let db = plane.distance(positions[b]);
@@ -216,8 +219,11 @@ impl PolygonClipper {
             }
             closed_changes += usize::from((da >= 0.0) != (db >= 0.0));
             open_changes += usize::from((da > 0.0) != (db > 0.0));
+            has_edge_in_plane |= da == 0.0 && db == 0.0;
             (before, da) = (da, db);
         }
-        closed_changes.max(open_changes) <= 2
+        let is_on_both_sides = closed_changes > 0 && open_changes > 0;
+        let is_parted_there = has_edge_in_plane && is_on_both_sides && plane.has_two_sides();
+        closed_changes.max(open_changes) <= 2 && !is_parted_there
     }
 }

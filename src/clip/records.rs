@@ -145,6 +145,11 @@ pub(crate) trait Cutter {
 
     /// Whether a crossing is computed from the outer of two ends.
     fn cuts_from_outside(&self, inner: DVec4, outer: DVec4) -> bool;
+
+    /// Whether what is on the other side may be wanted, too.
+    fn has_two_sides(&self) -> bool {
+        false
+    }
 }
 
 impl Cutter for ClipPlane {
@@ -158,6 +163,10 @@ impl Cutter for ClipPlane {
 
     fn cuts_from_outside(&self, inner: DVec4, outer: DVec4) -> bool {
         Self::cuts_from_outside(self, inner, outer)
+    }
+
+    fn has_two_sides(&self) -> bool {
+        Self::has_two_sides(self)
     }
 }
 

@@ -68,5 +68,5 @@ fn parameters_keep_their_digits_where_they_are_seen() {
     let worst = in_threads(0..3000, check);
     println!("far outside: {worst:?}");
     assert!(worst.polygons > 2000 && worst.pixels > 1_000_000, "{worst:?}");
-    assert!(worst.error < 16.0, "{worst:?}");
+    assert!(worst.error < 16.0, "seed {}: {worst:?}", worst.seed);
 }

@@ -12,6 +12,7 @@ mod contours;
 mod meshes;
 mod same_everywhere;
 mod clipping;
+mod parting;
 mod parameters;
 mod far_outside;
 mod stages;
