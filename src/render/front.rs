@@ -8,6 +8,7 @@ use crate::render::paint::Paint;
 use crate::render::parallel::Shading;
 use crate::render::shader::{Alone, DepthOnly, Painter, PerBlock, PerFragment, Shader};
 use crate::render::target::RenderTarget;
+use crate::settings::DepthMode;
 use crate::simd::for_level;
 
 /// What a renderer does with faces that are collected and a shader that is typed away.
@@ -17,6 +18,9 @@ pub(crate) trait Renderer<const N: usize> {
 
     /// The SIMD instructions to use.
     fn level(&self) -> Level;
+
+    /// What is compared as depth.
+    fn depth_mode(&self) -> DepthMode;
 
     /// The most faces that are handed over at a time.
     fn most_faces(&self) -> usize;
@@ -248,7 +252,8 @@ macro_rules! drawing_methods {
             ) {
                 let target = frame.target();
                 target.color.fill(color);
-                target.depth.fill(self.settings.depth.farthest());
+                let mode = $crate::render::front::Renderer::<N>::depth_mode(self);
+                target.depth.fill(mode.farthest());
             }
         }
     };

@@ -59,7 +59,7 @@ use crate::render::parallel::{Shading, first, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::shader::ShadeBlocks;
-use crate::settings::{DrawCall, Settings};
+use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::surface::rows::SurfaceView;
 use crate::vertices::Vertices;
@@ -154,6 +154,10 @@ impl<const N: usize> Renderer<N> for PainterRenderer<N> {
 
     fn level(&self) -> Level {
         self.simd_level
+    }
+
+    fn depth_mode(&self) -> DepthMode {
+        self.settings.depth
     }
 
     fn most_faces(&self) -> usize {

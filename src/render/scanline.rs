@@ -40,7 +40,7 @@ use crate::render::parallel::{Shading, beside, threads};
 use crate::render::scanline::active::ActiveFaces;
 use crate::render::scanline::draw::{RowsMemory, draw_rows, rows_at_once};
 use crate::render::shader::{Painter, Shader};
-use crate::settings::{DrawCall, Settings};
+use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::vertices::Vertices;
 use crate::view_volume::ClipPlane;
@@ -204,6 +204,11 @@ impl<const N: usize> ScanlineRenderer<N> {
 
 drawing_methods!(ScanlineRenderer);
 
+/// The mode of depth by which rows are ordered: that of z.
+fn order_of_rows(mode: DepthMode) -> DepthMode {
+    if mode.is_reversed() { DepthMode::Reversed } else { DepthMode::Standard }
+}
+
 impl<const N: usize> Renderer<N> for ScanlineRenderer<N> {
     fn geometry(&mut self) -> &mut GeometryMemory<N> {
         &mut self.geometry
@@ -211,6 +216,10 @@ impl<const N: usize> Renderer<N> for ScanlineRenderer<N> {
 
     fn level(&self) -> Level {
         self.simd_level
+    }
+
+    fn depth_mode(&self) -> DepthMode {
+        order_of_rows(self.settings.depth)
     }
 
     fn most_faces(&self) -> usize {
@@ -302,7 +311,7 @@ impl<C: Copy + Send + Sync, K: Copy + Send + Sync> Stream<'_, C, K> {
         rows.color.clear();
         rows.color.resize(pixels, self.background);
         rows.depth.clear();
-        rows.depth.resize(pixels, self.call.depth.farthest());
+        rows.depth.resize(pixels, order_of_rows(self.call.depth).farthest());
         let corner = (x, y + numbers.start as i32);
         rows.numbers = numbers;
         if pixels == 0 {

@@ -16,7 +16,7 @@ use crate::render::mesh::MeshMemory;
 use crate::render::parallel::Shading;
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
-use crate::settings::{DrawCall, Settings};
+use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::view_volume::ClipPlane;
 use crate::viewport::{Rect, Viewport};
@@ -106,6 +106,10 @@ impl<const N: usize> Renderer<N> for ZBufferRenderer<N> {
 
     fn level(&self) -> Level {
         self.simd_level
+    }
+
+    fn depth_mode(&self) -> DepthMode {
+        self.settings.depth
     }
 
     fn most_faces(&self) -> usize {

@@ -604,3 +604,25 @@ fn one_over_w_shows_the_same_faces() {
         }
     }
 }
+
+/// The scanline renderer documents that 1/w counts as z there.
+#[test]
+fn one_over_w_counts_as_z_by_rows() {
+    let scene = Scene::new(&mut Rng::new(31), 25, any_outline);
+    let vertices = scene.in_clip_space();
+    let expected = by_z_buffer(&scene);
+    let mut renderer = ScanlineRenderer::new(expected.viewport());
+    renderer.settings.depth = DepthMode::InverseW;
+    let mut rows = Vec::new();
+    let sink = |_, row: &[Told]| {
+        rows.extend_from_slice(row);
+        Ok::<(), ()>(())
+    };
+    let drawn = renderer.stream(Mesh::new(&vertices, &scene.faces), NOTHING, told, sink);
+    drawn.expect("no error");
+    assert!(rows == expected.color(), "streamed");
+    let mut frame = empty();
+    renderer.clear(&mut frame, NOTHING);
+    renderer.draw(&mut frame, Mesh::new(&vertices, &scene.faces), told);
+    assert!(frame == expected, "on a framebuffer");
+}
