@@ -226,7 +226,7 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
             (Divide::Mixed, Some(mixed)) => mixed,
             _ => return self.undivided(s, params),
         };
-        let has_limits = !mixed.limits.is_empty();
+        let has_limits = mixed.has_limits;
         let mut per_unit = f32x16::splat(self.simd(), 1.0);
         if let WRange::Varying { w: w_range, inv_w: inv_w_range } = surface.base.w {
             let mut per_w = self.along(inv_w);

@@ -175,7 +175,7 @@ impl<const N: usize, F: IntoIterator<Item: FaceIndices>> Submit<N> for Mesh<'_, 
         };
         let faces = &mut memory.faces;
         faces.restart();
-        let mut rest = self.faces.into_iter();
+        let mut rest = self.faces.into_iter().fuse();
         let mut is_first = true;
         while faces.collect(&mut rest, most) || is_first {
             let (vertices, transparent) = (&self.vertices, self.transparent);

@@ -77,6 +77,8 @@ struct Memory {
     planes: Vec<ClipPlane>,
     sorted: FaceList,
     mesh: MeshMemory,
+    /// Whether the vertices of the geometry being drawn were projected.
+    is_projected: bool,
     primitive: Primitive,
     raster: RasterMemory,
 }
@@ -139,11 +141,13 @@ impl Memory {
         band: &mut Band<'_>,
         shading: Shading<'_>,
     ) {
+        self.is_projected &= !batch.is_first;
         if batch.is_first && batch.faces.len() == 1 {
             return self.draw_one(call, (level, plan), batch, band, shading);
         }
-        if batch.is_first {
+        if !self.is_projected {
             self.mesh.project(call, level, batch.vertices);
+            self.is_projected = true;
         }
         let faces = match batch.order {
             Order::BackToFront => {

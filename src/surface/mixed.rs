@@ -73,6 +73,8 @@ pub(crate) struct Mixed {
     /// all, that s / (1/w) cannot be trusted at every pixel centre, or if s is too large for f32.
     /// Empty otherwise.
     pub(crate) limits: Vec<(f32, f32)>,
+    /// Whether there are limits; for no parameters there is one list of none.
+    pub(crate) has_limits: bool,
 }
 
 impl Mixed {

@@ -132,10 +132,12 @@ impl PolygonSurface {
             self.find_misfits();
         }
         self.mixed.limits.clear();
+        self.mixed.has_limits = false;
         let (least, _) = extent(self.mixed.vertices.points.iter().map(|p| p.inv_w));
         let is_steep = self.base.w.varies() && is_steep(&self.base.inv_w, least);
         if is_steep || !self.fits_f32() {
             self.find_limits();
+            self.mixed.has_limits = true;
             self.base.divide = Divide::Mixed;
         }
         self.has_planes_only = self.base.divide != Divide::Mixed && !self.mixed.any_by_edges;

@@ -236,7 +236,7 @@ impl<'a> SurfaceView<'a> {
     /// A value at the centre of a column of a run.
     pub(crate) fn at(&self, component: Component, x: i32, run: &Run) -> f64 {
         let (start, delta) = self.along(component, run);
-        start + delta * f64::from(x - run.x.start)
+        start + delta * (f64::from(x) - f64::from(run.x.start))
     }
 
     /// The change of a value per pixel downwards, at a column of a run.

@@ -86,6 +86,8 @@ fn draw_group<P: PlanFor, S: Simd>(
     shader: &mut dyn ShadeBlocks,
 ) {
     let RasterMemory { values, parts } = memory;
+    // A shader that panicked may have left some.
+    parts.clear();
     let columns = surface.start_rows(runs, columns, values);
     if P::of(plan).is_inverse_w {
         surface.find_inv_w(values);
@@ -150,6 +152,10 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             let steps = steps + (column as i32 - first as i32) as f32;
             (steps * line.delta + line.at).max(min).min(max)
         };
+        if P::of(self.plan) != Plan::COMMON {
+            // Depths are stored that a shader may yet discard: no bound must be found from them.
+            self.finish_parts::<P>();
+        }
         loop {
             if end - first > TILE_WIDTH
                 && let Some(coarse) = &mut self.band.coarse

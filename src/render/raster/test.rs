@@ -25,6 +25,12 @@ pub(crate) struct Parts {
     count: usize,
 }
 
+impl Parts {
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+}
+
 impl Default for Parts {
     fn default() -> Self {
         Self { parts: [PartBlock::default(); PARTS], depths: [[0.0; LANES]; PARTS], count: 0 }
