@@ -146,7 +146,7 @@ impl BandDrawing<'_, '_> {
                 if ready.is_empty() {
                     ready = 0..self.gather(&binned[i..]);
                     let Worker { batch, gathered, .. } = &mut *self.worker;
-                    batch.set_up(simd, call, gathered, &rows);
+                    set_up(simd, call, (batch, gathered), &rows);
                 }
                 let lane = ready.start;
                 ready.start += 1;
@@ -204,6 +204,21 @@ impl BandDrawing<'_, '_> {
         vertices.gather(&triangles[..count], &mut gathered.positions, &mut gathered.params);
         count
     }
+}
+
+/// Sets up a batch of triangles. Not inlined: without SIMD and optimisation this alone would need a stack
+/// of megabytes, and without SIMD it is never called.
+#[inline(never)]
+fn set_up<S: Simd>(
+    simd: S,
+    call: &DrawCall<'_>,
+    (batch, gathered): (&mut TriangleBatch, &GatheredTriangles),
+    rows: &Range<i32>,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || batch.set_up(simd, call, gathered, rows),
+    );
 }
 
 /// Draws a face that is not one of a batch. Not inlined: the code would be there twice.
