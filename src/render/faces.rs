@@ -91,27 +91,27 @@ impl FaceList {
     /// Takes a face where not all are triangles, after `len` others.
     fn push(&mut self, len: usize, face: &[u32]) {
         if self.ends.is_empty() {
-            self.ends.extend((1..=len).map(|len| 3 * len as u32));
+            self.ends.extend((1..=len).map(|len| end(len.saturating_mul(3))));
         }
         // A face of 2^32 corners and more is none that could be drawn.
         if u32::try_from(self.indices.len().saturating_add(face.len())).is_ok() {
             self.indices.extend_from_slice(face);
         }
-        self.ends.push(self.indices.len() as u32);
+        self.ends.push(end(self.indices.len()));
     }
 
     /// Takes one polygon, whose contours have so many vertices each, the first of them first.
     pub(crate) fn take_polygon(&mut self, contours: impl Iterator<Item = usize>) {
         self.restart();
         self.ends.clear();
-        let mut end = 0u32;
+        let mut last = 0u32;
         for len in contours {
-            end = end.saturating_add(u32::try_from(len).unwrap_or(u32::MAX));
-            self.contour_ends.push(end);
+            last = last.saturating_add(end(len));
+            self.contour_ends.push(last);
         }
         self.indices.clear();
-        self.indices.extend(0..end);
-        self.ends.push(end);
+        self.indices.extend(0..last);
+        self.ends.push(last);
         self.len = 1;
         if self.contour_ends.len() < 2 {
             self.contour_ends.clear();
@@ -192,6 +192,11 @@ impl FaceList {
         let before = face.checked_sub(1).and_then(|before| self.ends.get(before));
         before.map_or(0, |end| *end as usize)
     }
+}
+
+/// Where a face ends; beyond 2^32 indices there are no faces.
+fn end(indices: usize) -> u32 {
+    u32::try_from(indices).unwrap_or(u32::MAX)
 }
 
 #[cfg(test)]

@@ -3,48 +3,85 @@
 use fearless_simd::Level;
 
 use crate::fragment::{Fragment, FragmentBlock, LANES};
+use crate::render::band::Band;
 use crate::render::geometry::{Batch, Geometry, GeometryMemory};
 use crate::render::paint::Paint;
 use crate::render::parallel::Shading;
+use crate::render::raster::plan::Plan;
 use crate::render::shader::{Alone, DepthOnly, Painter, PerBlock, PerFragment, Shader};
 use crate::render::target::RenderTarget;
-use crate::settings::DepthMode;
+use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
+use crate::view_volume::ClipPlane;
+use crate::viewport::Rect;
 
-/// What a renderer does with faces that are collected and a shader that is typed away.
+/// A renderer, taken apart for one draw call.
+pub(crate) struct Parts<'a, D, const N: usize> {
+    pub(crate) settings: &'a Settings<N>,
+    pub(crate) level: Level,
+    pub(crate) plan: Plan,
+    pub(crate) front: &'a mut FrontMemory<N>,
+    /// What draws faces once they are collected.
+    pub(crate) drawer: &'a mut D,
+}
+
+/// The memory of what all renderers do before they draw.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FrontMemory<const N: usize> {
+    pub(crate) geometry: GeometryMemory<N>,
+    pub(crate) planes: Vec<ClipPlane>,
+}
+
+/// What all renderers have.
 pub(crate) trait Renderer<const N: usize> {
-    /// The memory for collecting faces.
-    fn geometry(&mut self) -> &mut GeometryMemory<N>;
+    type Drawer: DrawFaces;
+
+    fn parts(&mut self) -> Parts<'_, Self::Drawer, N>;
 
     /// The SIMD instructions to use.
     fn level(&self) -> Level;
 
     /// What is compared as depth.
     fn depth_mode(&self) -> DepthMode;
+}
 
+/// What a renderer does with faces that are collected and a shader that is typed away.
+pub(crate) trait DrawFaces {
     /// The most faces that are handed over at a time.
-    fn most_faces(&self) -> usize;
+    const MOST_FACES: usize;
 
-    /// Draws faces on rows of `width` pixels, from the framebuffer's corner on.
-    fn render(&mut self, batch: &Batch<'_>, width: u32, depth: &mut [f32], shading: Shading<'_>);
+    /// Draws faces on a target, where some pixels are to be visited.
+    fn draw(
+        &mut self,
+        call: &DrawCall<'_>,
+        level_and_plan: (Level, Plan),
+        batch: &Batch<'_>,
+        target: &mut Band<'_>,
+        shading: Shading<'_>,
+    );
 }
 
 /// Hands geometry over to a renderer. Compiled once for each kind of geometry, not for each shader.
 #[inline(never)]
-fn submit<const N: usize>(
-    renderer: &mut impl Renderer<N>,
+fn submit<const N: usize, R: Renderer<N>>(
+    renderer: &mut R,
     geometry: Option<impl Geometry<N>>,
     width: u32,
     depth: &mut [f32],
     mut shading: Shading<'_>,
 ) {
     let Some(geometry) = geometry.filter(|_| !depth.is_empty()) else { return };
-    let most = renderer.most_faces();
-    let mut memory = std::mem::take(renderer.geometry());
-    geometry.submit(&mut memory, most, &mut |batch| {
-        renderer.render(batch, width, depth, shading.reborrow());
+    let Parts { settings, level, plan, front, drawer } = renderer.parts();
+    settings.collect_planes(&mut front.planes);
+    let height = depth.len().checked_div(width as usize).unwrap_or(0) as u32;
+    let call = settings.call(Rect { x: 0, y: 0, width, height }, &front.planes);
+    if call.window.is_empty() {
+        return;
+    }
+    let mut target = Band::new((0, 0), width as usize, depth);
+    geometry.submit(&mut front.geometry, R::Drawer::MOST_FACES, &mut |batch| {
+        drawer.draw(&call, (level, plan), batch, &mut target, shading.reborrow());
     });
-    *renderer.geometry() = memory;
 }
 
 /// Draws with a shader that threads share.
@@ -100,8 +137,9 @@ pub(crate) fn draw_depth<const N: usize>(
     });
 }
 
-/// A renderer that works on this thread alone, so that a shader may change what it captures; from
-/// [`ZBufferRenderer::on_one_thread`] and its like.
+/// A renderer that calls its shader on this thread alone, so that it may change what it captures; from
+/// [`ZBufferRenderer::on_one_thread`] and its like. What comes before the shader, other threads may
+/// share: the faces of a mesh, for example, are sorted into bands by all processors.
 ///
 /// ```
 /// use glam::vec4;
@@ -238,7 +276,8 @@ macro_rules! drawing_methods {
                 $crate::render::front::draw_depth(self, frame, geometry);
             }
 
-            /// The renderer on this thread alone: with it a shader may change what it captures.
+            /// The renderer with a shader that is called on this thread alone, and so may change what
+            /// it captures.
             pub fn on_one_thread(&mut self) -> $crate::render::OneThread<'_, Self, N> {
                 $crate::render::OneThread::new(self)
             }

@@ -47,12 +47,12 @@ use crate::primitive::Primitive;
 use crate::project::ScreenPoint;
 use crate::render::band::Band;
 use crate::render::bsp::{Group, NONE, Partition, Piece};
-use crate::render::by_depth::{Depths, sorted};
+use crate::render::by_depth::{Depths, is_greater_farther, sorted};
 use crate::render::corners::ProjectedVertices;
 use crate::render::depth::DepthTest;
 use crate::render::faces::FaceList;
-use crate::render::front::{Renderer, drawing_methods};
-use crate::render::geometry::{Batch, GeometryMemory, Order};
+use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
+use crate::render::geometry::{Batch, Order};
 use crate::render::mesh::bins::{BAND, bands_of};
 use crate::render::painter::cut_line::CutLine;
 use crate::render::parallel::{Shading, first, for_each_band};
@@ -63,8 +63,8 @@ use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::surface::rows::SurfaceView;
 use crate::vertices::Vertices;
-use crate::view_volume::{ClipPlane, Outcome};
-use crate::viewport::{Rect, Viewport};
+use crate::view_volume::Outcome;
+use crate::viewport::Viewport;
 
 /// Draws polygons into a framebuffer, from back to front.
 ///
@@ -73,6 +73,13 @@ use crate::viewport::{Rect, Viewport};
 /// [z-buffer](crate::ZBufferRenderer), to the bit except where surfaces meet within 1/512 pixel of a pixel's
 /// centre, and takes some four times as long, and longer the more polygons lie behind each other,
 /// since all of them are shaded.
+///
+/// The order is found by a [`BspTree`](crate::BspTree). Build one and keep it: of a plain
+/// [`Mesh`](crate::Mesh) a tree is built anew for each picture, which takes much longer than drawing, and
+/// whether z grows with the distance cannot be seen from its vertices, so that
+/// [`DepthMode::InverseW`](crate::DepthMode::InverseW) counts as
+/// [`DepthMode::Standard`](crate::DepthMode::Standard) there. A mesh that is sorted
+/// [`back_to_front`](crate::Mesh::back_to_front) needs no tree.
 ///
 /// ```
 /// use glam::{Mat4, Vec4, vec4};
@@ -107,14 +114,13 @@ pub struct PainterRenderer<const N: usize> {
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
     pub simd_level: Level,
-    geometry: GeometryMemory<N>,
-    memory: Memory,
+    front: FrontMemory<N>,
+    drawer: Drawer,
 }
 
-/// Memory that is kept.
+/// What draws faces, with memory that is kept.
 #[derive(Clone, Debug, Default)]
-struct Memory {
-    planes: Vec<ClipPlane>,
+pub(crate) struct Drawer {
     corners: ProjectedVertices,
     order: Vec<Piece>,
     keys: Vec<([f64; 2], Piece)>,
@@ -139,8 +145,8 @@ impl<const N: usize> PainterRenderer<N> {
             settings: Settings::new(viewport),
             depth_write: false,
             simd_level: Level::new(),
-            geometry: GeometryMemory::default(),
-            memory: Memory::default(),
+            front: FrontMemory::default(),
+            drawer: Drawer::default(),
         }
     }
 }
@@ -148,8 +154,12 @@ impl<const N: usize> PainterRenderer<N> {
 drawing_methods!(PainterRenderer);
 
 impl<const N: usize> Renderer<N> for PainterRenderer<N> {
-    fn geometry(&mut self) -> &mut GeometryMemory<N> {
-        &mut self.geometry
+    type Drawer = Drawer;
+
+    fn parts(&mut self) -> Parts<'_, Drawer, N> {
+        let Self { settings, simd_level: level, front, drawer, .. } = self;
+        let plan = Plan::new(DepthTest::Always, self.depth_write, settings.depth);
+        Parts { settings, level: *level, plan, front, drawer }
     }
 
     fn level(&self) -> Level {
@@ -159,27 +169,12 @@ impl<const N: usize> Renderer<N> for PainterRenderer<N> {
     fn depth_mode(&self) -> DepthMode {
         self.settings.depth
     }
-
-    fn most_faces(&self) -> usize {
-        // All must be there before the first can be drawn.
-        usize::MAX
-    }
-
-    fn render(&mut self, batch: &Batch<'_>, width: u32, depth: &mut [f32], shading: Shading<'_>) {
-        let mut planes = std::mem::take(&mut self.memory.planes);
-        self.settings.collect_planes(&mut planes);
-        let height = depth.len().checked_div(width as usize).unwrap_or(0) as u32;
-        let call = self.settings.call(Rect { x: 0, y: 0, width, height }, &planes);
-        if !call.window.is_empty() {
-            let plan = Plan::new(DepthTest::Always, self.depth_write, call.depth);
-            let mut band = Band::new((0, 0), width as usize, depth);
-            self.memory.draw(&call, (self.simd_level, plan), batch, &mut band, shading);
-        }
-        self.memory.planes = planes;
-    }
 }
 
-impl Memory {
+impl DrawFaces for Drawer {
+    /// All must be there before the first can be drawn.
+    const MOST_FACES: usize = usize::MAX;
+
     fn draw(
         &mut self,
         call: &DrawCall<'_>,
@@ -213,7 +208,9 @@ impl Memory {
             });
         });
     }
+}
 
+impl Drawer {
     /// Puts the pieces in their order from back to front.
     fn put_in_order(
         &mut self,
@@ -232,7 +229,8 @@ impl Memory {
             return;
         };
         let towards_z = planes.row(2);
-        let is_front_far = |plane: DVec4| (plane.dot(towards_z) > 0.0) != (depths.nearest > 0.0);
+        let is_greater_farther = is_greater_farther(call, &planes);
+        let is_front_far = |plane: DVec4| (plane.dot(towards_z) > 0.0) == is_greater_farther;
         partition.back_to_front(is_front_far, |group| match group {
             Group::Coplanar(pieces) => order.extend(pieces.iter().rev()),
             Group::Unordered(pieces) => {

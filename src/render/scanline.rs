@@ -20,8 +20,8 @@
 //! `scanline::visible` says which of them are seen where.
 //!
 //! The memory that this takes, with N parameters: 24 bytes a face that is in view and 4 a corner of
-//! it; 12 bytes a vertex, while faces are sorted; some 250 + 40 N bytes an active face and 40 + 8 N a
-//! corner of it; 24 bytes for each run in the rows being drawn. Of the picture there are four parts
+//! it; 12 bytes a vertex, while faces are sorted; some 450 + 192 N bytes an active face and 40 + 8 N
+//! a corner of it; 24 bytes for each run in the rows being drawn. Of the picture there are four parts
 //! a thread in memory, of at most 2^18 pixels each. Nothing grows with the height.
 
 mod visible;
@@ -33,17 +33,18 @@ use fearless_simd::Level;
 use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::render::band::Band;
 use crate::render::corners::ProjectedVertices;
-use crate::render::front::{Renderer, drawing_methods};
-use crate::render::geometry::{Batch, Geometry, GeometryMemory};
+use crate::render::depth::DepthTest;
+use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
+use crate::render::geometry::{Batch, Geometry};
 use crate::render::paint::Paint;
 use crate::render::parallel::{Shading, beside, threads};
+use crate::render::raster::plan::Plan;
 use crate::render::scanline::active::ActiveFaces;
 use crate::render::scanline::draw::{RowsMemory, draw_rows, rows_at_once};
 use crate::render::shader::{Painter, Shader};
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::vertices::Vertices;
-use crate::view_volume::ClipPlane;
 use crate::viewport::{Rect, Viewport};
 
 /// Draws meshes row by row, each visible pixel shaded once; for pictures too large to be in memory,
@@ -88,14 +89,13 @@ pub struct ScanlineRenderer<const N: usize> {
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
     pub simd_level: Level,
-    geometry: GeometryMemory<N>,
-    memory: Memory,
+    front: FrontMemory<N>,
+    drawer: Drawer,
 }
 
-/// Memory that is kept.
+/// What draws faces, with memory that is kept.
 #[derive(Clone, Debug, Default)]
-struct Memory {
-    planes: Vec<ClipPlane>,
+pub(crate) struct Drawer {
     corners: ProjectedVertices,
     faces: ActiveFaces,
     rows: RowsMemory,
@@ -108,8 +108,8 @@ impl<const N: usize> ScanlineRenderer<N> {
         Self {
             settings: Settings::new(viewport),
             simd_level: Level::new(),
-            geometry: GeometryMemory::default(),
-            memory: Memory::default(),
+            front: FrontMemory::default(),
+            drawer: Drawer::default(),
         }
     }
 
@@ -181,15 +181,16 @@ impl<const N: usize> ScanlineRenderer<N> {
         K: Shader<C, N> + Copy + Send + Sync,
     {
         let mut result = Ok(());
-        let Self { settings, simd_level, geometry: geometry_memory, memory } = self;
-        let Memory { planes, corners, faces, rows } = memory;
-        settings.collect_planes(planes);
-        let call = settings.call(settings.viewport.rect(), planes);
-        geometry.submit(geometry_memory, usize::MAX, &mut |batch| {
-            faces.begin(&call, *simd_level, batch, corners);
+        let Parts { settings, level, plan, front, drawer } = self.parts();
+        let Drawer { corners, faces, rows } = drawer;
+        settings.collect_planes(&mut front.planes);
+        let call = settings.call(settings.viewport.rect(), &front.planes);
+        geometry.submit(&mut front.geometry, usize::MAX, &mut |batch| {
+            faces.begin(&call, level, batch, corners);
             let mut stream = Stream {
                 call: &call,
-                level: *simd_level,
+                level,
+                plan,
                 faces,
                 rows,
                 vertices: batch.vertices,
@@ -210,8 +211,12 @@ fn order_of_rows(mode: DepthMode) -> DepthMode {
 }
 
 impl<const N: usize> Renderer<N> for ScanlineRenderer<N> {
-    fn geometry(&mut self) -> &mut GeometryMemory<N> {
-        &mut self.geometry
+    type Drawer = Drawer;
+
+    fn parts(&mut self) -> Parts<'_, Drawer, N> {
+        let Self { settings, simd_level: level, front, drawer } = self;
+        let plan = Plan::new(DepthTest::Nearer, true, order_of_rows(settings.depth));
+        Parts { settings, level: *level, plan, front, drawer }
     }
 
     fn level(&self) -> Level {
@@ -221,36 +226,30 @@ impl<const N: usize> Renderer<N> for ScanlineRenderer<N> {
     fn depth_mode(&self) -> DepthMode {
         order_of_rows(self.settings.depth)
     }
+}
 
-    fn most_faces(&self) -> usize {
-        // All must be there before the first can be drawn.
-        usize::MAX
-    }
+impl DrawFaces for Drawer {
+    /// All must be there before the first can be drawn.
+    const MOST_FACES: usize = usize::MAX;
 
-    fn render(
+    fn draw(
         &mut self,
+        call: &DrawCall<'_>,
+        (level, plan): (Level, Plan),
         batch: &Batch<'_>,
-        width: u32,
-        depth: &mut [f32],
+        band: &mut Band<'_>,
         mut shading: Shading<'_>,
     ) {
-        let Self { settings, simd_level, memory, .. } = self;
-        let Memory { planes, corners, faces, rows } = memory;
-        settings.collect_planes(planes);
-        let height = depth.len().checked_div(width as usize).unwrap_or(0) as u32;
-        let call = settings.call(Rect { x: 0, y: 0, width, height }, planes);
-        if call.window.is_empty() {
-            return;
-        }
-        faces.begin(&call, *simd_level, batch, corners);
-        let mut band = Band::new((0, 0), width as usize, depth);
-        let at_once = rows_at_once(width) as usize * 2 * threads();
-        for first in (0..height as usize).step_by(at_once) {
+        let Self { corners, faces, rows } = self;
+        faces.begin(call, level, batch, corners);
+        let height = band.rows().len();
+        let at_once = rows_at_once(band.width as u32) as usize * 2 * threads();
+        for first in (0..height).step_by(at_once) {
             let (_, mut rest) = band.split(first);
             let count = rest.rows().len().min(at_once);
             let (mut part, _) = rest.split(count);
-            faces.advance(&call, batch.vertices, &call.window.rows_within(&part.rows()));
-            draw_rows(&call, *simd_level, faces, &mut part, rows, shading.reborrow());
+            faces.advance(call, batch.vertices, &call.window.rows_within(&part.rows()));
+            draw_rows(call, (level, plan), faces, &mut part, rows, shading.reborrow());
         }
     }
 }
@@ -259,6 +258,7 @@ impl<const N: usize> Renderer<N> for ScanlineRenderer<N> {
 struct Stream<'a, C, K> {
     call: &'a DrawCall<'a>,
     level: Level,
+    plan: Plan,
     faces: &'a mut ActiveFaces,
     rows: &'a mut RowsMemory,
     vertices: &'a dyn Vertices,
@@ -317,7 +317,7 @@ impl<C: Copy + Send + Sync, K: Copy + Send + Sync> Stream<'_, C, K> {
         if pixels == 0 {
             return;
         }
-        let &mut Self { call, level, vertices, shader, .. } = self;
+        let &mut Self { call, level, plan, vertices, shader, .. } = self;
         let mut band = Band::new(corner, width as usize, &mut rows.depth);
         let visited = call.window.rows_within(&band.rows());
         self.faces.advance(call, vertices, &visited);
@@ -325,7 +325,7 @@ impl<C: Copy + Send + Sync, K: Copy + Send + Sync> Stream<'_, C, K> {
         for_level!(level, simd => {
             let mut painter = Painter::<_, _, _, N> { simd, colors, pixels_before: 0, shader };
             let shading = Shading::OnThreads(&mut painter);
-            draw_rows(call, level, faces, &mut band, memory, shading);
+            draw_rows(call, (level, plan), faces, &mut band, memory, shading);
         });
     }
 }

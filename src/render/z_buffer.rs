@@ -7,19 +7,18 @@ use fearless_simd::Level;
 
 use crate::primitive::Primitive;
 use crate::render::band::Band;
-use crate::render::by_depth::sort_by_depth;
+use crate::render::by_depth::SortedFaces;
 use crate::render::depth::DepthTest;
-use crate::render::faces::{FaceList, MOST_AT_ONCE};
-use crate::render::front::{Renderer, drawing_methods};
-use crate::render::geometry::{Batch, GeometryMemory, Order};
+use crate::render::faces::MOST_AT_ONCE;
+use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
+use crate::render::geometry::{Batch, Order};
 use crate::render::mesh::MeshMemory;
 use crate::render::parallel::Shading;
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
-use crate::view_volume::ClipPlane;
-use crate::viewport::{Rect, Viewport};
+use crate::viewport::Viewport;
 
 /// Draws polygons into a framebuffer, hidden surfaces removed.
 ///
@@ -67,15 +66,14 @@ pub struct ZBufferRenderer<const N: usize> {
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
     pub simd_level: Level,
-    geometry: GeometryMemory<N>,
-    memory: Memory,
+    front: FrontMemory<N>,
+    drawer: Drawer,
 }
 
-/// Memory that is kept.
+/// What draws faces, with memory that is kept.
 #[derive(Clone, Debug, Default)]
-struct Memory {
-    planes: Vec<ClipPlane>,
-    sorted: FaceList,
+pub(crate) struct Drawer {
+    sorted: SortedFaces,
     mesh: MeshMemory,
     /// Whether the vertices of the geometry being drawn were projected.
     is_projected: bool,
@@ -93,8 +91,8 @@ impl<const N: usize> ZBufferRenderer<N> {
             depth_test: DepthTest::default(),
             depth_write: true,
             simd_level: Level::new(),
-            geometry: GeometryMemory::default(),
-            memory: Memory::default(),
+            front: FrontMemory::default(),
+            drawer: Drawer::default(),
         }
     }
 }
@@ -102,8 +100,12 @@ impl<const N: usize> ZBufferRenderer<N> {
 drawing_methods!(ZBufferRenderer);
 
 impl<const N: usize> Renderer<N> for ZBufferRenderer<N> {
-    fn geometry(&mut self) -> &mut GeometryMemory<N> {
-        &mut self.geometry
+    type Drawer = Drawer;
+
+    fn parts(&mut self) -> Parts<'_, Drawer, N> {
+        let Self { settings, simd_level: level, front, drawer, .. } = self;
+        let plan = Plan::new(self.depth_test, self.depth_write, settings.depth);
+        Parts { settings, level: *level, plan, front, drawer }
     }
 
     fn level(&self) -> Level {
@@ -113,26 +115,11 @@ impl<const N: usize> Renderer<N> for ZBufferRenderer<N> {
     fn depth_mode(&self) -> DepthMode {
         self.settings.depth
     }
-
-    fn most_faces(&self) -> usize {
-        MOST_AT_ONCE
-    }
-
-    fn render(&mut self, batch: &Batch<'_>, width: u32, depth: &mut [f32], shading: Shading<'_>) {
-        let mut planes = std::mem::take(&mut self.memory.planes);
-        self.settings.collect_planes(&mut planes);
-        let height = depth.len().checked_div(width as usize).unwrap_or(0) as u32;
-        let call = self.settings.call(Rect { x: 0, y: 0, width, height }, &planes);
-        if !call.window.is_empty() {
-            let plan = Plan::new(self.depth_test, self.depth_write, call.depth);
-            let mut band = Band::new((0, 0), width as usize, depth);
-            self.memory.draw(&call, (self.simd_level, plan), batch, &mut band, shading);
-        }
-        self.memory.planes = planes;
-    }
 }
 
-impl Memory {
+impl DrawFaces for Drawer {
+    const MOST_FACES: usize = MOST_AT_ONCE;
+
     fn draw(
         &mut self,
         call: &DrawCall<'_>,
@@ -150,15 +137,14 @@ impl Memory {
             self.is_projected = true;
         }
         let faces = match batch.order {
-            Order::BackToFront => {
-                sort_by_depth(call, batch.vertices, batch.faces, &mut self.sorted);
-                &self.sorted
-            }
+            Order::BackToFront => self.sorted.sort(call, batch.vertices, batch.faces),
             Order::AsGiven | Order::Tree(..) => batch.faces,
         };
         self.mesh.draw(call, (level, plan), (batch.vertices, faces), band, shading);
     }
+}
 
+impl Drawer {
     /// Draws a single face, without the ado that many are worth.
     fn draw_one(
         &mut self,
@@ -188,9 +174,11 @@ impl Memory {
 
 #[cfg(test)]
 mod tests {
-    use glam::vec4;
+    use std::f32::consts::TAU;
 
-    use super::ZBufferRenderer;
+    use glam::{Vec2, vec4};
+
+    use super::{MOST_AT_ONCE, ZBufferRenderer};
     use crate::fragment::LANES;
     use crate::fragment::block::RECIPROCALS;
     use crate::render::depth::DepthTest;
@@ -283,6 +271,65 @@ mod tests {
             assert!(at_once == one_by_one, "{cull:?}");
             let drawn = at_once.color().iter().filter(|color| **color != [0; 4]).count();
             assert!(drawn > 10_000, "only {drawn} pixels are drawn");
+        }
+    }
+
+    /// The vertices are projected though the first faces that are handed over are one alone.
+    #[test]
+    fn a_face_of_many_corners_before_others_is_drawn_with_them() {
+        let corner = |i: u32| {
+            let turn = Vec2::from_angle(TAU * i as f32 / 300.0) * 0.5;
+            Vertex::new(turn.extend(0.5).extend(1.0), [])
+        };
+        let mut vertices: Vec<_> = (0..300).map(corner).collect();
+        let triangle = [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0)];
+        vertices.extend(triangle.map(|(x, y)| Vertex::new(vec4(x, y, 0.2, 1.0), [])));
+        let faces = [(0..300).collect::<Vec<u32>>(), vec![300, 301, 302]];
+        assert!(faces[0].len() >= 4 * MOST_AT_ONCE, "the first is handed over alone");
+        let frame = || Framebuffer::new(64, 64, None).expect("a small frame");
+        let (mut at_once, mut one_by_one) = (frame(), frame());
+        let mut renderer = ZBufferRenderer::new(at_once.viewport());
+        renderer.draw(&mut at_once, Mesh::new(&vertices, &faces), |f| Some(Some(f.face)));
+        for (face, number) in faces.iter().zip(0..) {
+            let mesh = Mesh::new(&vertices, [face]);
+            renderer.draw(&mut one_by_one, mesh, |_| Some(Some(number)));
+        }
+        assert!(at_once == one_by_one);
+        for number in 0..2 {
+            assert!(at_once.color().contains(&Some(number)), "face {number} is seen");
+        }
+    }
+
+    /// No bound for a tile comes from depths that a shader is yet to discard: here they are those of the last
+    /// block of a row, while the next row is looked at.
+    #[test]
+    fn what_a_shader_discards_hides_nothing() {
+        const FRAME: (u32, u32) = (300, 32);
+        let square = |z: f32| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| Vertex::new(vec4(x, y, z, 1.0), []))
+        };
+        // A wall before all else, with a hole of one pixel; faces that are discarded; what is seen through
+        // the hole.
+        for discarded in 1..5 {
+            let behind = discarded + 1;
+            let between = (1..behind).map(|face| 0.6 - 0.05 * face as f32);
+            let depths = [0.1].into_iter().chain(between).chain([0.8]);
+            let vertices: Vec<_> = depths.flat_map(square).collect();
+            let faces: Vec<[u32; 4]> =
+                (0..=behind).map(|i| [0, 1, 2, 3].map(|k| 4 * i + k)).collect();
+            for row in 0..FRAME.1 {
+                let hole = (FRAME.0 as i32 - 1, row as i32);
+                let mut frame = Framebuffer::new(FRAME.0, FRAME.1, None).expect("a small frame");
+                let mut renderer = ZBufferRenderer::new(frame.viewport());
+                renderer.depth_test = DepthTest::NearerOrEqual;
+                renderer.draw(&mut frame, Mesh::new(&vertices, &faces), |f| {
+                    let is_seen = f.face == behind || f.face == 0 && (f.x, f.y) != hole;
+                    is_seen.then_some(Some(f.face))
+                });
+                let through_hole = frame.pixel(FRAME.0 - 1, row).and_then(|(face, _)| face);
+                assert_eq!(through_hole, Some(behind), "{discarded} discarded, row {row}");
+            }
         }
     }
 }

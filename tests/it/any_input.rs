@@ -1,45 +1,12 @@
 //! Contract 3: any input is safe, and fragments keep to the range of their polygon.
 
-use crate::common::generators::Rng;
+use crate::common::generators::{Rng, number};
 use crate::common::{LONG_SEED, in_threads};
 use glam::{Vec4, vec4};
 use polyscan::{
     ClipPlane, ClipSpace, Cull, DepthMode, DepthTest, FillRule, Framebuffer, Interpolation, Rect,
     ScanConverter, Vertex, Viewport, ZBufferRenderer,
 };
-
-/// Numbers that break things.
-const ODD: [f32; 20] = [
-    0.0,
-    -0.0,
-    1.0,
-    -1.0,
-    f32::MIN_POSITIVE,
-    -f32::MIN_POSITIVE,
-    1e-45,
-    -1e-45,
-    1e-20,
-    1e10,
-    -1e10,
-    1e20,
-    f32::MAX,
-    f32::MIN,
-    f32::INFINITY,
-    f32::NEG_INFINITY,
-    f32::NAN,
-    0.5,
-    65536.0,
-    f32::EPSILON,
-];
-
-/// A number: odd, of any bits, or usual.
-fn number(rng: &mut Rng, oddness: usize) -> f32 {
-    match rng.below(oddness) {
-        0 => ODD[rng.below(ODD.len())],
-        1 => f32::from_bits(rng.bits() as u32),
-        _ => rng.range(-2.0, 2.0) as f32,
-    }
-}
 
 fn polygon<const N: usize>(rng: &mut Rng) -> Vec<Vertex<N>> {
     let sides = if rng.once_in(50) { rng.below(300) } else { rng.below(8) };

@@ -11,7 +11,7 @@ use crate::common::crossing::{
     Depth, HEIGHT, Layer, Order, Scene, View, WIDTH, by_z_buffer, depths, direction, layer, order,
     random_scene, random_view, scan, solids,
 };
-use crate::common::generators::Rng;
+use crate::common::generators::{Rng, number};
 use crate::common::{LONG_SEED, in_threads, tally};
 use fearless_simd::Level;
 use glam::camera::rh::proj::directx;
@@ -248,6 +248,56 @@ fn a_cyclic_trio_is_right_by_the_tree_and_wrong_by_depth() {
     }
 }
 
+/// With 1/w as depth the order does not hang on whether the matrix lets z grow or fall with distance.
+#[test]
+fn one_over_w_orders_by_distance_whatever_z_does() {
+    let (bars, faces) = trio();
+    let camera = look_at_mat4(vec3(0.1, 0.2, -2.0), vec3(0.0, 0.0, 0.5), Vec3::Y);
+    // Panes behind each other, the nearest in the middle of the list.
+    let pane = |z: f32| {
+        [(-0.9, -0.9), (0.7, -0.8), (0.2 - z, 0.9)]
+            .map(|(x, y)| Vertex::new(vec3(x, y, z).extend(1.0), []))
+    };
+    let panes: Vec<_> = [0.5, 0.9, 0.1, 0.7, 0.3].into_iter().flat_map(pane).collect();
+    let pane_faces: Vec<Vec<u32>> = (0..5).map(|k| (3 * k..3 * k + 3).collect()).collect();
+    for projection in [
+        directx::perspective(1.0, 1.5, 0.1, 10.0),
+        directx::perspective_infinite_reverse(1.0, 1.5, 0.1),
+    ] {
+        let matrix = projection * camera;
+        let posed = |vertices: &[Vertex<0>]| -> Vec<_> {
+            vertices.iter().map(|v| Vertex { position: matrix * v.position, ..*v }).collect()
+        };
+        let mut frame = Framebuffer::new(WIDTH, HEIGHT, None::<u32>).expect("a small frame");
+        let mut z_buffer = ZBufferRenderer::new(frame.viewport());
+        let mut painter = PainterRenderer::new(frame.viewport());
+        z_buffer.settings.depth = DepthMode::InverseW;
+        painter.settings.depth = DepthMode::InverseW;
+
+        let mut expected = |vertices: &[Vertex<0>], faces: &[Vec<u32>]| {
+            z_buffer.clear(&mut frame, None);
+            z_buffer.draw(&mut frame, polyscan::Mesh::new(vertices, faces), seen);
+            let numbers: std::collections::HashSet<_> = frame.color().iter().copied().collect();
+            assert!(numbers.len() > 3, "all is seen: {numbers:?}");
+            frame.color().to_vec()
+        };
+        let by_z = expected(&posed(&bars), &faces);
+        let panes_by_z = expected(&posed(&panes), &pane_faces);
+        painter.clear(&mut frame, None);
+        painter.draw(&mut frame, BspTree::new(&bars, &faces).seen_by(matrix), seen);
+        assert_eq!(frame.color(), by_z);
+        painter.clear(&mut frame, None);
+        let panes = posed(&panes);
+        let sorted = || polyscan::Mesh::new(&panes, &pane_faces).back_to_front();
+        painter.draw(&mut frame, sorted(), seen);
+        assert_eq!(frame.color(), panes_by_z);
+        z_buffer.depth_test = polyscan::DepthTest::Always;
+        z_buffer.clear(&mut frame, None);
+        z_buffer.draw(&mut frame, sorted(), seen);
+        assert_eq!(frame.color(), panes_by_z);
+    }
+}
+
 #[test]
 fn shaders_of_blocks_give_the_same_pictures() {
     let (vertices, faces) = trio();
@@ -460,32 +510,6 @@ fn the_picture_is_the_same_in_tiles_by_any_number_of_threads_and_at_any_level() 
 }
 
 // ----------------------------------------------------------------------------------------- any input
-
-/// Numbers that break things.
-const ODD: [f32; 14] = [
-    0.0,
-    -0.0,
-    1.0,
-    -1.0,
-    f32::MIN_POSITIVE,
-    1e-45,
-    -1e-20,
-    1e20,
-    f32::MAX,
-    f32::MIN,
-    f32::INFINITY,
-    f32::NEG_INFINITY,
-    f32::NAN,
-    f32::EPSILON,
-];
-
-fn number(rng: &mut Rng, oddness: usize) -> f32 {
-    match rng.below(oddness) {
-        0 => ODD[rng.below(ODD.len())],
-        1 => f32::from_bits(rng.bits() as u32),
-        _ => rng.range(-2.0, 2.0) as f32,
-    }
-}
 
 /// Anything; each pixel of a face is drawn once, whatever the tree thinks of it.
 fn anything(seed: u64) {

@@ -100,6 +100,16 @@ fn nothing_is_allocated_in_the_steady_state() {
     });
     assert_eq!(meshes, 0);
 
+    // More faces than the standard library sorts without a buffer.
+    let many: Vec<_> = faces.iter().cycle().take(200).collect();
+    let sorted = pool.install(|| {
+        allocations(|| {
+            let mesh = polyscan::Mesh::new(&vertices, &many).back_to_front();
+            renderer.draw(&mut frame, mesh, shade);
+        })
+    });
+    assert_eq!(sorted, 0);
+
     let collecting = allocations(|| drop(polygons.clone()));
     assert!(collecting > 0, "the count works");
 }

@@ -8,7 +8,7 @@ use glam::DVec4;
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// A face, or what some cuts leave of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Piece {
     pub(crate) face: u32,
     /// The last cut, or [`NONE`].

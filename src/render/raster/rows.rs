@@ -86,8 +86,6 @@ fn draw_group<P: PlanFor, S: Simd>(
     shader: &mut dyn ShadeBlocks,
 ) {
     let RasterMemory { values, parts } = memory;
-    // A shader that panicked may have left some.
-    parts.clear();
     let columns = surface.start_rows(runs, columns, values);
     if P::of(plan).is_inverse_w {
         surface.find_inv_w(values);

@@ -25,12 +25,6 @@ pub(crate) struct Parts {
     count: usize,
 }
 
-impl Parts {
-    pub(crate) fn clear(&mut self) {
-        self.count = 0;
-    }
-}
-
 impl Default for Parts {
     fn default() -> Self {
         Self { parts: [PartBlock::default(); PARTS], depths: [[0.0; LANES]; PARTS], count: 0 }
@@ -158,6 +152,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
     /// Shades the parts of blocks that are visible, and takes back the depths of what is discarded.
     #[inline(always)]
     fn shade_parts<P: PlanFor>(&mut self) {
+        // Taken before the shader is called: if it panics, nothing must be left for the next polygon.
         let count = std::mem::take(&mut self.parts.count).min(PARTS);
         if count == 0 || self.shader.is_depth_only() {
             return;

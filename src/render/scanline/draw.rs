@@ -7,14 +7,13 @@ use fearless_simd::{Level, Simd};
 use crate::coverage::run::RunGroup;
 use crate::coverage::{EdgeTable, Run};
 use crate::render::band::Band;
-use crate::render::depth::DepthTest;
 use crate::render::parallel::{Shading, first, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::scanline::active::{ActiveFace, ActiveFaces};
 use crate::render::scanline::visible::{DepthLine, Row};
 use crate::render::shader::ShadeBlocks;
-use crate::settings::{DepthMode, DrawCall};
+use crate::settings::DrawCall;
 use crate::simd::for_level;
 use crate::surface::rows::RowValues;
 
@@ -50,7 +49,7 @@ struct Worker {
 /// Draws the active faces in a band, whose rows are theirs.
 pub(crate) fn draw_rows(
     call: &DrawCall<'_>,
-    level: Level,
+    (level, plan): (Level, Plan),
     faces: &ActiveFaces,
     band: &mut Band<'_>,
     memory: &mut RowsMemory,
@@ -58,7 +57,7 @@ pub(crate) fn draw_rows(
 ) {
     let height = rows_at_once(band.width as u32) as usize;
     let workers = first(&mut memory.workers, band.rows().len().div_ceil(height));
-    let scene = Scene { call, active: faces.active() };
+    let scene = Scene { call, plan, active: faces.active() };
     for_each_band(band, height, workers, shading, &|_, band, worker, shader| {
         let rows = call.window.rows_within(&band.rows());
         scene.find_runs(worker, &rows);
@@ -70,6 +69,8 @@ pub(crate) fn draw_rows(
 #[derive(Clone, Copy)]
 struct Scene<'a> {
     call: &'a DrawCall<'a>,
+    /// What is done with the fragments of opaque faces.
+    plan: Plan,
     active: &'a [ActiveFace],
 }
 
@@ -100,15 +101,13 @@ impl Scene<'_> {
         band: &mut Band<'_>,
         shader: &mut dyn ShadeBlocks,
     ) {
-        // Rows are ordered by z, whatever the z-buffer would compare.
-        let mode = if self.is_reversed() { DepthMode::Reversed } else { DepthMode::Standard };
         let Worker { runs, row, values, raster, .. } = worker;
         for runs in runs.chunk_by(|(_, a), (_, b)| a.y == b.y) {
             self.fill_row(runs, row, values);
             for visible in row.visible_runs() {
                 let (face, run) = &runs[visible.run as usize];
                 let surface = self.active[*face as usize].surface.view();
-                let plan = Plan::new(DepthTest::Nearer, !visible.transparent, mode);
+                let plan = Plan { writes: !visible.transparent, ..self.plan };
                 let (runs, columns) = (RunGroup::of(run), &visible.columns);
                 raster::draw_runs(simd, plan, (&surface, &runs), columns, band, raster, shader);
             }

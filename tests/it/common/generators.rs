@@ -54,3 +54,36 @@ pub(crate) enum Cells {
     /// Now one, now the other.
     Mixed,
 }
+
+/// Numbers that break things.
+const ODD: [f32; 20] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    f32::MIN_POSITIVE,
+    -f32::MIN_POSITIVE,
+    1e-45,
+    -1e-45,
+    1e-20,
+    1e10,
+    -1e10,
+    1e20,
+    f32::MAX,
+    f32::MIN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::NAN,
+    0.5,
+    65536.0,
+    f32::EPSILON,
+];
+
+/// A number: odd or of any bits, each once in `oddness` times, or usual.
+pub(crate) fn number(rng: &mut Rng, oddness: usize) -> f32 {
+    match rng.below(oddness) {
+        0 => ODD[rng.below(ODD.len())],
+        1 => f32::from_bits(rng.bits() as u32),
+        _ => rng.range(-2.0, 2.0) as f32,
+    }
+}
