@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use glam::DVec4;
+
 use crate::clip::ClipVertex;
 use crate::coverage::area::signed_area_of;
 use crate::coverage::{Run, Runs};
@@ -158,6 +160,8 @@ pub struct Surface<const N: usize> {
     surface: PolygonSurface,
     values: RowValues,
     points: Vec<SubpixelPoint>,
+    positions: Vec<DVec4>,
+    params: Vec<f64>,
     columns: Range<i32>,
     rows: Range<i32>,
     sides: usize,
@@ -193,16 +197,17 @@ impl<const N: usize> Surface<N> {
         let is_closed = chains.len() == 1 && vertices.first() == vertices.last();
         let vertices = &vertices[..vertices.len().saturating_sub(usize::from(is_closed))];
         self.sides = vertices.len();
-        let positions: Vec<_> = vertices.iter().map(|v| v.position).collect();
-        let params: Vec<_> = vertices.iter().flat_map(|v| v.params).collect();
-        if !positions.is_empty() {
-            self.surface.set_up(&call, face, &positions, &params, false);
-        }
-        let is_drawn = !positions.is_empty() && !call.culled.leaves_out(area);
-        if !is_drawn {
+        if vertices.is_empty() || call.culled.leaves_out(area) {
             self.rows = 0..0;
+            return false;
         }
-        is_drawn
+        let Self { surface, positions, params, .. } = self;
+        positions.clear();
+        positions.extend(vertices.iter().map(|v| v.position));
+        params.clear();
+        params.extend(vertices.iter().flat_map(|v| v.params));
+        surface.set_up(&call, face, positions, params, false);
+        true
     }
 
     /// The span of a run that the [edge table](crate::coverage::EdgeTable) has found for the same

@@ -57,18 +57,19 @@ impl EdgeTable {
     /// Replaces the edges by those of one closed contour, as far as they cross the given rows. It
     /// may be concave or cross itself: the [`fill_rule`](Self::fill_rule) says what is inside.
     /// Rows count from the viewport's top, as the points do; [`Settings::rows`](crate::Settings::rows)
-    /// has those to visit. Positions must lie within 2^26 subpixels of the origin, which is what the guard band
-    /// grants; the time does not depend on how many rows or columns lie outside.
+    /// has those to visit. An outline that reaches farther than 2^26 subpixels from the origin covers
+    /// nothing; [`SubpixelPoint::project`] gives no such points. The time does not depend on how many rows or
+    /// columns lie outside.
     pub fn fill(&mut self, outline: &[SubpixelPoint], rows: Range<i32>) {
-        self.rows = rows;
+        if !self.begin(outline, rows) {
+            return;
+        }
         if is_convex(outline) {
             self.content = Content::Convex;
             self.points.clear();
             self.points.extend_from_slice(outline);
             return;
         }
-        self.content = Content::Edges;
-        self.edges.clear();
         let ends = outline.iter().skip(1).chain(outline.first());
         let edges = outline.iter().zip(ends).zip(0..);
         self.edges.extend(edges.filter_map(|((&a, &b), index)| Edge::new(a, b, index, &self.rows)));
@@ -101,15 +102,24 @@ impl EdgeTable {
             self.fill(points, rows);
             return;
         }
-        self.content = Content::Edges;
-        self.rows = rows;
-        self.edges.clear();
+        if !self.begin(points, rows) {
+            return;
+        }
         self.edges.extend(chain_edges(points, chains).filter_map(|(&a, &b, index, winding)| {
             let mut edge = Edge::new(a, b, index, &self.rows)?;
             edge.winding = edge.winding.wrapping_mul(winding);
             Some(edge)
         }));
         self.edges.sort_unstable_by_key(|edge| (edge.rows.0, edge.index));
+    }
+
+    /// Begins with an empty table; whether the points are near enough for exact sums.
+    #[inline(always)]
+    fn begin(&mut self, points: &[SubpixelPoint], rows: Range<i32>) -> bool {
+        const FARTHEST: u32 = 1 << 26;
+        (self.content, self.rows) = (Content::Edges, rows);
+        self.edges.clear();
+        points.iter().all(|p| p.x.unsigned_abs().max(p.y.unsigned_abs()) <= FARTHEST)
     }
 
     /// Whether no row is crossed.

@@ -164,9 +164,9 @@ impl<'v> AcrossRun<'v> {
     /// The change per pixel that leads from the first pixel's value exactly to the last one's.
     pub(crate) fn delta(&self, component: Component) -> f64 {
         let (start, end) = self.columns;
-        let steps = end - 1 - start;
-        let per_pixel = if steps > 0 {
-            (self.ratio(end - 1) - self.ratio(start)) / f64::from(steps)
+        let steps = f64::from(end) - 1.0 - f64::from(start);
+        let per_pixel = if steps > 0.0 {
+            (self.ratio(end - 1) - self.ratio(start)) / steps
         } else {
             1.0 / self.width.max(1.0)
         };

@@ -146,10 +146,8 @@ impl<'a> SurfaceView<'a> {
                 *x = end - 1;
             }
         }
-        // Not so far outside of the viewport that the steps to it would cost digits.
-        let (least, most) = (-MARGIN, base.last_column + MARGIN);
         for x in &mut x {
-            *x = (*x).max(least).min(most);
+            *x = self.near_viewport(*x);
         }
         for (xs, x) in xs.iter_mut().zip(&x) {
             *xs = f64::from(*x) + 0.5 - base.origin[0];
@@ -161,6 +159,12 @@ impl<'a> SurfaceView<'a> {
         values.from_origin = [xs, ys];
         values.z = line(&[xs, ys], base.z);
         values.has_params = false;
+    }
+
+    /// A column not so far outside of the viewport that the steps to it would cost digits.
+    #[inline(always)]
+    fn near_viewport(&self, x: i32) -> i32 {
+        x.max(-MARGIN).min(self.base.last_column + MARGIN)
     }
 
     /// Finds 1/w along the runs of the group that [`start_rows`](Self::start_rows) began.
@@ -194,8 +198,9 @@ impl<'a> SurfaceView<'a> {
     fn row_by_edges(&self, runs: &RunGroup, values: &mut RowValues) {
         let run = runs.run(0);
         let (inv_w, delta) = self.along(Component::InvW, &run);
-        values.x = [if delta < 0.0 { run.x.end - 1 } else { run.x.start }; ROWS];
-        let steps = f64::from(values.x[0] - run.x.start);
+        let x = if delta < 0.0 { run.x.end - 1 } else { run.x.start };
+        values.x = [self.near_viewport(x); ROWS];
+        let steps = f64::from(values.x[0]) - f64::from(run.x.start);
         let line = |(start, delta): (f64, f64)| RowLine {
             at: [(start + delta * steps) as f32; ROWS],
             delta: delta as f32,

@@ -1,7 +1,10 @@
 //! The exact inputs of faults that were found and fixed, most of them by the fuzz targets.
 
-use glam::vec4;
-use polyscan::{ClipPlane, ScanConverter, Vertex, Viewport};
+use crate::common::generators::Rng;
+use glam::{Vec4, vec4};
+use polyscan::{
+    ClipPlane, DepthTest, Fragment, Framebuffer, ScanConverter, Vertex, Viewport, ZBufferRenderer,
+};
 
 /// A pixel centre outside the unrounded triangle got w from its range, but s from its plane.
 #[test]
@@ -211,6 +214,69 @@ mod obj {
             let Loaded { model, warnings } = load(&format!("newmtl a\nmap_Kd {name}\n"));
             assert!(model.textures.is_empty(), "{name}");
             assert_eq!(warnings.len(), 1, "{name}: {warnings:?}");
+        }
+    }
+}
+
+/// Limits that 1/w is brought back to were left out for a polygon without parameters.
+#[test]
+fn w_does_not_hang_on_the_number_of_parameters() {
+    fn w_of<const N: usize>(params: [f32; N], positions: &[Vec4; 3]) -> Vec<u32> {
+        let triangle = positions.map(|position| Vertex::new(position, params));
+        let mut scan = ScanConverter::new(Viewport::new(63, 63).expect("small"));
+        let spans = scan.spans(&triangle);
+        spans.flat_map(|span| span.fragments().map(|f| f.w.to_bits()).collect::<Vec<_>>()).collect()
+    }
+    let mut rng = Rng::new(5);
+    let (mut seen, mut outside) = (0, 0);
+    for _ in 0..2000 {
+        // Slivers beside the pixel centres of a column, 1/w many times its size over a subpixel.
+        let column = (rng.range(0.0, 63.0).floor() + 0.5) / 31.5 - 1.0;
+        let w = [0; 3].map(|_| 10f64.powf(rng.range(-3.0, 3.0)));
+        let positions = w.map(|w| {
+            let (x, y) = (column + rng.range(-1e-4, 1e-4), rng.range(-1.0, 1.0));
+            vec4((x * w) as f32, (y * w) as f32, (w / 2.0) as f32, w as f32)
+        });
+        let without = w_of([], &positions);
+        assert_eq!(without, w_of([1.5], &positions), "{positions:?}");
+        seen += without.len();
+        // Pixel centres where the plane of 1/w is so far off that w is brought back.
+        let least = positions.iter().fold(f32::INFINITY, |least, p| least.min(p.w));
+        outside += without.iter().filter(|w| f32::from_bits(**w) == least).count();
+    }
+    assert!(seen > 10_000 && outside > 100, "{seen} fragments, {outside} of them outside");
+}
+
+/// A panic in a shader left blocks behind that the next polygon drew.
+#[test]
+fn a_shader_that_panics_leaves_nothing_behind() {
+    let quad = |size: f32| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| Vertex::new(vec4(x * size, y * size, 0.5, 1.0), [x]))
+    };
+    for depth_test in [DepthTest::Nearer, DepthTest::NearerOrEqual, DepthTest::Always] {
+        for pixels_before in [0, 1, 20, 21, 40, 60, 100] {
+            let frame = || Framebuffer::new(37, 29, 0.0f32).expect("small");
+            let (mut broken, mut untouched) = (frame(), frame());
+            let mut renderer = ZBufferRenderer::new(broken.viewport());
+            renderer.depth_test = depth_test;
+            let mut fresh = renderer.clone();
+            let mut left = pixels_before;
+            let drawn = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+                renderer.on_one_thread().draw(&mut broken, &quad(1.0), |_| {
+                    if left == 0 {
+                        // As a panic, but without a word on the standard error.
+                        std::panic::resume_unwind(Box::new(()));
+                    }
+                    left -= 1;
+                    1.0
+                });
+            }));
+            assert!(drawn.is_err());
+            let (mut after, shader) = (frame(), |f: &Fragment<'_, 1>| f.params[0]);
+            renderer.draw(&mut after, &quad(0.2), shader);
+            fresh.draw(&mut untouched, &quad(0.2), shader);
+            assert!(after == untouched, "{depth_test:?}, {pixels_before} pixels");
         }
     }
 }

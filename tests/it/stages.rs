@@ -1,12 +1,13 @@
 //! The stages joined by hand, clipper, projection, edge table and surface, are the scan converter, to
 //! the bit; and blocks are their fragments.
 
-use crate::common::generators::{self, Cells, Rng};
+use crate::common::generators::{self, Cells, Rng, number};
 use crate::common::oracle::Window;
 use crate::common::{in_threads, tally, vertices, viewport};
-use glam::Vec4;
-use polyscan::clip::{ClippedOutline, Clipper};
-use polyscan::coverage::EdgeTable;
+use glam::{DVec4, Vec4};
+use polyscan::clip::{ClipVertex, ClippedOutline, Clipper};
+use polyscan::coverage::{EdgeTable, Run};
+use polyscan::outline::Chain;
 use polyscan::subpixel::SubpixelPoint;
 use polyscan::{
     ClipPlane, ClipSpace, Cull, DepthBias, FillRule, Fragment, FrontFace, Interpolation, Level,
@@ -225,4 +226,89 @@ fn stages_joined_by_hand_are_the_scan_converter() {
     });
     println!("stages by hand: {tally:?}");
     assert!(tally.visible > 3000 && tally.pixels > 500_000, "{tally:?}");
+}
+
+/// Whoever joins the stages by hand may hand over runs that no edge table made.
+#[test]
+fn a_surface_takes_any_run() {
+    let edge_cases = [i32::MIN, i32::MIN + 1, -70_000, -1, 0, 3, 70_000, i32::MAX - 1, i32::MAX];
+    // Not affine, and w falls to the right or to the left: values are given at either end of a run.
+    for w in [[1.0, 4.0], [4.0, 1.0]] {
+        let quad = [(-1.0, -1.0, w[0]), (1.0, -1.0, w[1]), (1.0, 1.0, w[1]), (-1.0, 1.0, w[0])];
+        for twist in [0.0, 1.0] {
+            let quad = quad.map(|(x, y, w)| {
+                Vertex::new(Vec4::new(x * w, y * w, 0.5 * w, w), [x + twist * x * y])
+            });
+            let settings = Settings::new(viewport(WINDOW));
+            let (mut clipper, planes) = (Clipper::new(), settings.all_planes());
+            let clipped = clipper.clip_outline(&quad, &planes, &settings.interpolation);
+            let ClippedOutline::Chains { vertices, chains } = clipped else {
+                panic!("the quad is visible")
+            };
+            let mut surface = Surface::new();
+            assert!(surface.fit(&settings, vertices, chains));
+            let mut spans = 0;
+            for (start, end) in edge_cases.iter().flat_map(|a| edge_cases.map(|b| (*a, b))) {
+                for y in edge_cases {
+                    let run = Run { y, x: start..end, edges: [3, 1] };
+                    let Some(span) = surface.span(&run) else { continue };
+                    spans += 1;
+                    assert_eq!(span.row(), y);
+                    let columns = span.columns();
+                    assert!(0 <= columns.start && columns.end <= WINDOW.width as i32);
+                    assert_eq!(take_down(&span).fragments.len(), columns.len());
+                }
+            }
+            assert!(spans > 0);
+        }
+    }
+}
+
+/// Whoever joins the stages by hand may also hand over vertices that no clipper made.
+#[test]
+fn stages_take_anything() {
+    let rng = &mut Rng::new(77);
+    let (mut edges, mut surface) = (EdgeTable::new(), Surface::<2>::new());
+    let (mut runs, mut spans) = (0, 0);
+    for _ in 0..20_000 {
+        let settings = any_settings::<2>(rng);
+        let oddness = [3, 6, 20, 1000][rng.below(4)];
+        let len = rng.below(9);
+        let any = |rng: &mut Rng| match rng.below(oddness) {
+            0 => f64::from_bits(rng.bits()),
+            _ => f64::from(number(rng, oddness)),
+        };
+        let vertices: Vec<_> = (0..len)
+            .map(|_| ClipVertex {
+                position: DVec4::from_array([0; 4].map(|_| any(rng))),
+                params: [0; 2].map(|_| any(rng)),
+            })
+            .collect();
+        let mut points: Vec<_> = vertices
+            .iter()
+            .map(|v| SubpixelPoint::project(v.position, &settings.viewport))
+            .collect();
+        if rng.once_in(3) {
+            points.iter_mut().for_each(|p| {
+                let far = 1 << rng.below(31);
+                *p = SubpixelPoint { x: rng.bits() as i32 % far, y: rng.bits() as i32 % far };
+            });
+        }
+        let mut chains = Vec::new();
+        for _ in 0..rng.below(3) {
+            let end = if rng.once_in(4) { rng.bits() as usize } else { rng.below(10) };
+            chains.push(Chain { end, winding: rng.bits() as i32 });
+        }
+        edges.fill_rule = settings.fill_rule;
+        edges.fill_chains(&points, &chains, settings.rows());
+        let is_drawn = surface.fit(&settings, &vertices, &chains);
+        for run in edges.runs().take(50) {
+            runs += 1;
+            let Some(span) = surface.span(&run) else { continue };
+            assert!(is_drawn);
+            spans += 1;
+            assert_eq!(span.fragments().count(), span.columns().len());
+        }
+    }
+    assert!(runs > 10_000 && spans > 1000, "{runs} runs, {spans} spans");
 }
