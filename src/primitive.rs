@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use glam::Vec4;
+use glam::{DVec4, Vec4};
 
 use crate::clip::polygon::PolygonClipper;
 use crate::clip::records::Records;
@@ -156,12 +156,10 @@ impl Primitive {
         polygon: &StoredPolygon<'_>,
         rows: &Range<i32>,
     ) {
-        let Self { points, edges, surface, .. } = self;
-        let (positions, params) = polygon.vertices.some(polygon.range.clone());
-        points.clear();
-        points.extend(positions.iter().map(|&p| SubpixelPoint::project(p, &call.viewport)));
+        let Self { edges, surface, .. } = self;
+        let (positions, params) = polygon.vertices;
         edges.fill_rule = call.fill_rule;
-        edges.fill_chains(points, polygon.chains, rows.clone());
+        edges.fill_chains(polygon.points, polygon.chains, rows.clone());
         let face = (face, polygon.is_front);
         surface.set_up(call, face, positions, params, polygon.is_affine);
     }
@@ -186,8 +184,9 @@ impl Primitive {
 /// A clipped polygon in a list of them.
 #[derive(Clone, Debug)]
 pub(crate) struct StoredPolygon<'a> {
-    pub(crate) vertices: &'a Records,
-    pub(crate) range: Range<usize>,
+    /// The positions of its vertices, and their parameters, end to end.
+    pub(crate) vertices: (&'a [DVec4], &'a [f64]),
+    pub(crate) points: &'a [SubpixelPoint],
     pub(crate) chains: &'a [Chain],
     pub(crate) is_front: bool,
     pub(crate) is_affine: bool,

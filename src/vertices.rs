@@ -6,6 +6,7 @@
 //! parameters in lists.
 
 use glam::Vec4;
+use prefetch_index::prefetch_index;
 
 use crate::scalar::{BATCH, PerTriangle};
 use crate::vertex::Vertex;
@@ -28,6 +29,9 @@ pub(crate) trait Vertices: Sync {
         positions: &mut [PerTriangle<[f32; 4]>; 3],
         params: &mut [[PerTriangle<f32>; 3]],
     );
+
+    /// Asks for the corners of triangles, so that they are in the cache when they are gathered.
+    fn prefetch(&self, triangles: &[[u32; 3]]);
 }
 
 impl<const N: usize> Vertices for &[Vertex<N>] {
@@ -61,6 +65,14 @@ impl<const N: usize> Vertices for &[Vertex<N>] {
                     param[corner][lane] = *value;
                 }
             }
+        }
+    }
+
+    fn prefetch(&self, triangles: &[[u32; 3]]) {
+        for &index in triangles.as_flattened() {
+            // A vertex may reach into the cache line in which the next begins.
+            prefetch_index(self, index as usize);
+            prefetch_index(self, (index as usize).saturating_add(1));
         }
     }
 }

@@ -1,9 +1,13 @@
 //! The vertex records that clipping works on: positions and parameters in f64, in two lists.
 
 use glam::{DVec4, Vec4};
+use prefetch_index::prefetch_index;
 
 use crate::vertex::Interpolation;
 use crate::view_volume::{ClipPlane, MIN_W};
+
+/// Bytes in a line of the cache of most processors.
+const CACHE_LINE: usize = 64;
 
 /// Vertex records of one polygon. All have the same number of parameters.
 #[derive(Clone, Debug, Default)]
@@ -85,6 +89,17 @@ impl Records {
     pub(crate) fn some(&self, vertices: std::ops::Range<usize>) -> (&[DVec4], &[f64]) {
         let params = vertices.start * self.width..vertices.end * self.width;
         (&self.positions[vertices], &self.params[params])
+    }
+
+    /// Asks for some of the vertices, so that they are in the cache when they are used.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, vertices: std::ops::Range<usize>) {
+        let lines = |size: usize| (CACHE_LINE / size).max(1);
+        let params = vertices.start * self.width..vertices.end * self.width;
+        let positions = vertices.step_by(lines(size_of::<DVec4>()));
+        positions.for_each(|vertex| prefetch_index(&self.positions, vertex));
+        let params = params.step_by(lines(size_of::<f64>()));
+        params.for_each(|param| prefetch_index(&self.params, param));
     }
 
     /// Adds a copy of one of the vertices.

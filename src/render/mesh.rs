@@ -9,7 +9,7 @@
 //!    number of threads. No face is looked at by a band that it does not touch.
 //!
 //! The memory that this takes is kept. With N parameters it is 12 bytes a vertex; 4 bytes a corner,
-//! and 4 a face where not all are triangles; 20 bytes for each band that a face touches; and 32 + 8 N
+//! and 4 a face where not all are triangles; 20 bytes for each band that a face touches; and 40 + 8 N
 //! bytes for a vertex of a clipped face.
 
 pub(crate) mod bins;
@@ -17,6 +17,7 @@ pub(crate) mod bins;
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
+use prefetch_index::prefetch_index;
 
 use crate::coverage::shape::Coverage;
 use crate::primitive::Primitive;
@@ -42,6 +43,9 @@ const CHUNK: usize = if cfg!(test) { 16 } else { 4096 };
 /// A band with at least one face for this many pixels will touch nearly all of them, in the columns
 /// where it has faces, so reading them in order first pays.
 const PREFETCH_DENSITY: usize = 32;
+
+/// How many faces ahead the corners of triangles are asked for.
+const AHEAD: usize = 2 * BATCH;
 
 /// The memory for drawing meshes.
 #[derive(Clone, Debug, Default)]
@@ -140,11 +144,15 @@ impl BandDrawing<'_, '_> {
         let mut ready = 0..0;
         for (i, &Binned { face, kind }) in binned.iter().enumerate() {
             let number = faces.number(face);
+            if let Some(Binned { kind: FaceKind::Clipped(clipped), .. }) = binned.get(i + AHEAD) {
+                chunk.prefetch_clipped(*clipped as usize);
+            }
             if let FaceKind::Triangle(_) = kind
                 && !simd.level().is_fallback()
             {
                 if ready.is_empty() {
                     ready = 0..self.gather(&binned[i..]);
+                    self.prefetch(&binned[binned.len().min(i + AHEAD)..]);
                     let Worker { batch, gathered, .. } = &mut *self.worker;
                     set_up(simd, call, (batch, gathered), &rows);
                 }
@@ -179,6 +187,23 @@ impl BandDrawing<'_, '_> {
             let drawing = (call, self.plan);
             draw_prepared(simd, drawing, primitive, self.band, raster, self.shader);
         }
+    }
+
+    /// Asks for the corners of triangles that are to be gathered later: in a mesh without order each of
+    /// them would be waited for.
+    #[inline(always)]
+    fn prefetch(&self, binned: &[Binned]) {
+        let MeshCall { vertices, corners, .. } = self.mesh;
+        let mut triangles = [[0; 3]; BATCH];
+        for (triangle, face) in triangles.iter_mut().zip(binned) {
+            if let FaceKind::Triangle(indices) = face.kind {
+                *triangle = indices;
+                for i in indices {
+                    prefetch_index(&corners.points, i as usize);
+                }
+            }
+        }
+        vertices.prefetch(&triangles);
     }
 
     /// Puts the next triangles side by side; how many there are.

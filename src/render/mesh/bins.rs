@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use prefetch_index::prefetch_index;
+
 use crate::clip::records::Records;
 use crate::coverage::area::signed_area;
 use crate::outline::Chain;
@@ -35,6 +37,8 @@ pub(crate) struct Chunk {
     pub(crate) bins: Vec<Bin>,
     /// The vertices of the faces that were clipped, end to end.
     clipped: Records,
+    /// Their places on the screen.
+    points: Vec<SubpixelPoint>,
     /// Their chains, where they fell into parts.
     chains: Vec<Chain>,
     clipped_faces: Vec<ClippedFace>,
@@ -97,6 +101,7 @@ impl Chunk {
             bin.columns = (i32::MAX, i32::MIN);
         }
         self.clipped.clear(params);
+        self.points.clear();
         self.chains.clear();
         self.clipped_faces.clear();
     }
@@ -175,7 +180,7 @@ impl Chunk {
     #[cold]
     fn clip(&mut self, mesh: &MeshCall<'_>, face: usize) {
         let MeshCall { call, vertices, faces, .. } = *mesh;
-        let Self { polygon, clipped, chains, clipped_faces, bins, .. } = self;
+        let Self { polygon, clipped, points, chains, clipped_faces, bins, .. } = self;
         let contours = faces.contours(face);
         if !polygon.clip(call, contours.map(|c| c.iter().filter_map(|&i| vertices.get(i)))) {
             return;
@@ -183,6 +188,7 @@ impl Chunk {
         let extent = call.window.extent(polygon.points().iter().copied());
         let Some((columns, rows)) = extent else { return };
         clipped.extend_from(polygon.vertices());
+        points.extend_from_slice(polygon.points());
         chains.extend_from_slice(polygon.chains());
         let [end, chains_end] = [clipped.len(), chains.len()].map(|end| end as u32);
         let kind = FaceKind::Clipped(clipped_faces.len() as u32);
@@ -192,15 +198,31 @@ impl Chunk {
         bins.iter_mut().for_each(|bin| bin.push(face as u32, kind, &columns));
     }
 
-    /// One of the faces that were clipped.
-    pub(crate) fn clipped(&self, number: usize) -> StoredPolygon<'_> {
+    /// Asks for the vertices of one of the faces that were clipped.
+    #[inline(always)]
+    pub(crate) fn prefetch_clipped(&self, number: usize) {
+        let vertices = self.clipped_vertices(number).0;
+        prefetch_index(&self.points, vertices.start);
+        self.clipped.prefetch(vertices);
+    }
+
+    /// The vertices and the chains of one of the faces that were clipped, in the chunk's lists.
+    #[inline(always)]
+    fn clipped_vertices(&self, number: usize) -> (Range<usize>, Range<usize>) {
         let before = number.checked_sub(1).map(|before| self.clipped_faces[before]);
         let (start, chains_start) = before.map_or((0, 0), |face| (face.end, face.chains_end));
-        let ClippedFace { end, chains_end, is_front, is_affine } = self.clipped_faces[number];
+        let ClippedFace { end, chains_end, .. } = self.clipped_faces[number];
+        (start as usize..end as usize, chains_start as usize..chains_end as usize)
+    }
+
+    /// One of the faces that were clipped.
+    pub(crate) fn clipped(&self, number: usize) -> StoredPolygon<'_> {
+        let (range, chains) = self.clipped_vertices(number);
+        let ClippedFace { is_front, is_affine, .. } = self.clipped_faces[number];
         StoredPolygon {
-            vertices: &self.clipped,
-            range: start as usize..end as usize,
-            chains: &self.chains[chains_start as usize..chains_end as usize],
+            vertices: self.clipped.some(range.clone()),
+            points: &self.points[range],
+            chains: &self.chains[chains],
             is_front,
             is_affine,
         }
