@@ -14,17 +14,23 @@
 //!
 //! `w1_equal` is the quad of w1 with its vertices divided by w: the same pixels, without a division.
 //!
-//! One thread against two, in turns, since a machine's speed may change from minute to minute:
+//! # Against rivals
+//!
+//! An argument `name=command` names a rival: a command that, with a scene's name behind it, prints a
+//! line like those here. Then each scene is drawn by this program and by each rival in turns, since a
+//! machine's speed may change from minute to minute, in nine rounds (`ROUNDS` if set). A table has the
+//! medians, the fastest frames in brackets, and the ratios: how many times as long the rival takes.
 //!
 //! ```text
-//! for round in 1 2 3 4 5; do for threads in 1 2; do
-//!   RAYON_NUM_THREADS=$threads cargo bench -p polyscan-benches --bench peers -- w1 w2b w2f w3 w4 |
-//!     sed "s/^/$threads /"
-//! done; done
+//! PEERS_SCENES=folder LEVEL=avx2 RAYON_NUM_THREADS=1 cargo bench -p polyscan-benches --bench peers -- \
+//!     'limit=ISA=avx2 ../speed_of_light' 'two threads=RAYON_NUM_THREADS=2 $PEERS'
 //! ```
+//!
+//! `$PEERS` is this program, and commands are run in the folder of the package `benches`.
 
 use std::error::Error;
 use std::path::Path;
+use std::process::Command;
 use std::time::Instant;
 
 use fearless_simd::Level;
@@ -245,6 +251,68 @@ fn dump(path: &Path, frame: &Framebuffer<u32>) -> Result<(), Box<dyn Error>> {
     Ok(std::fs::write(path, bytes)?)
 }
 
+/// What draws the scenes: a name, and a command that ends with a scene's name.
+type Contestant = (String, String);
+
+/// What one contestant took for one scene in all rounds, in milliseconds a frame.
+#[derive(Clone, Default)]
+struct Times {
+    medians: Vec<f64>,
+    fastest: f64,
+}
+
+impl Times {
+    /// Takes the times of a round from what a contestant printed.
+    fn add(&mut self, printed: &str) -> Option<()> {
+        let line = printed.lines().find(|line| line.starts_with("RESULT"))?;
+        let value = |name: &str| {
+            let fields = &mut line.split_whitespace();
+            fields.find_map(|field| field.strip_prefix(name))?.parse::<f64>().ok()
+        };
+        let (median, fastest) = (value("render=")?, value("min_render=")?);
+        self.fastest = if self.medians.is_empty() { fastest } else { self.fastest.min(fastest) };
+        self.medians.push(median);
+        Some(())
+    }
+}
+
+/// Lets this program and its rivals draw scenes in turns, and prints a table.
+fn compare(names: &[String], rivals: &[String]) -> Result<(), Box<dyn Error>> {
+    let rounds = std::env::var("ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(9);
+    let own = std::env::current_exe()?;
+    let rivals = rivals.iter().filter_map(|rival| rival.split_once('='));
+    let rivals = rivals.map(|(name, command)| (name.to_owned(), command.to_owned()));
+    let contestants: Vec<Contestant> =
+        std::iter::once(("polyscan".into(), "$PEERS".into())).chain(rivals).collect();
+    print!("{:>8}", "");
+    contestants.iter().for_each(|(name, _)| print!(" {name:>24}"));
+    println!();
+    for scene in names {
+        let mut times = vec![Times::default(); contestants.len()];
+        for _ in 0..rounds {
+            for ((name, command), times) in contestants.iter().zip(&mut times) {
+                let command = format!("{command} {scene}");
+                let output =
+                    Command::new("sh").args(["-c", &command]).env("PEERS", &own).output()?;
+                let printed = String::from_utf8_lossy(&output.stdout);
+                times.add(&printed).ok_or_else(|| {
+                    let said = String::from_utf8_lossy(&output.stderr);
+                    format!("{name} printed no times for {scene}: `{command}` said {printed}{said}")
+                })?;
+            }
+        }
+        print!("{scene:>8}");
+        let own = median(&mut times[0].medians);
+        for (number, times) in times.iter_mut().enumerate() {
+            let time = median(&mut times.medians);
+            let ratio = if number == 0 { String::new() } else { format!("{:.2} x", time / own) };
+            print!(" {:>24}", format!("{ratio} {time:.2} ({:.2})", times.fastest));
+        }
+        println!();
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let Some(folder) = std::env::var_os("PEERS_SCENES") else {
         println!("skipped: PEERS_SCENES does not name the folder of the scenes");
@@ -252,9 +320,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     // Cargo runs benchmarks in the folder of their package.
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
-    let mut names: Vec<_> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let arguments = std::env::args().skip(1).filter(|a| !a.starts_with('-'));
+    let (rivals, mut names): (Vec<_>, Vec<_>) = arguments.partition(|a| a.contains('='));
     if names.is_empty() {
         names = SCENES.map(String::from).to_vec();
+    }
+    if !rivals.is_empty() {
+        return compare(&names, &rivals);
     }
     for name in &names {
         let scene = Scene::load(&folder, name)?;

@@ -20,7 +20,6 @@ mod sides;
 mod depth_bias;
 mod any_input;
 mod regressions;
-mod hashes;
 mod mesa;
 #[cfg(feature = "image")]
 mod golden;

@@ -9,9 +9,15 @@
 //! For that the scenes have to be the same bits everywhere. They are made of whole numbers, divided
 //! or scaled by powers of two; nothing here calls a sine, a logarithm or anything else whose last
 //! bit a platform may choose.
+//!
+//! This is a crate of its own, small enough to be compiled for other processors and run under an
+//! emulator.
 
-use crate::common::generators::Rng;
-use fearless_simd::{Level, Simd};
+#[path = "../it/common/generators/rng.rs"]
+#[allow(dead_code, reason = "other tests need more of it")]
+mod rng;
+
+use fearless_simd::Level;
 use glam::{Vec4, vec2, vec4};
 use polyscan::texture::{Filter, Wrap};
 use polyscan::{
@@ -19,6 +25,7 @@ use polyscan::{
     Interpolation::{Flat, Linear, Perspective},
     Mesh, Texture, Vertex, Viewport, ZBufferRenderer,
 };
+use rng::Rng;
 
 const WIDTH: u32 = 203;
 const HEIGHT: u32 = 151;
@@ -276,15 +283,16 @@ fn draw_in(
 /// The SIMD levels that this machine has, and with the feature `fallback` none.
 fn levels() -> Vec<Level> {
     let best = Level::new();
-    let mut levels = vec![best, Level::baseline()];
+    let mut levels = Vec::new();
     #[cfg(feature = "fallback")]
     levels.push(Level::fallback());
     #[cfg(target_arch = "x86_64")]
     {
-        levels.extend(best.as_sse2().map(Simd::level));
-        levels.extend(best.as_sse4_2().map(Simd::level));
-        levels.extend(best.as_avx2().map(Simd::level));
+        levels.extend(best.as_sse2().map(fearless_simd::Simd::level));
+        levels.extend(best.as_sse4_2().map(fearless_simd::Simd::level));
+        levels.extend(best.as_avx2().map(fearless_simd::Simd::level));
     }
+    levels.extend([best, Level::baseline()]);
     levels
 }
 
@@ -455,6 +463,7 @@ fn every_simd_level_and_every_way_of_drawing_gives_the_same_bits() {
     }
 }
 
+#[cfg(feature = "parallel")]
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     for threads in [1, 2, 3, 7] {

@@ -1,0 +1,237 @@
+//! Frames as people draw them: what a draw call costs whatever it draws, small pictures, threads, and
+//! meshes of millions of faces.
+//!
+//! ```text
+//! cargo bench -p polyscan-benches --bench frames
+//! cargo bench -p polyscan-benches --bench frames -- calls game thumbnail faces
+//! ```
+//!
+//! Times are those of the clock, medians, with the fastest in brackets.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+use glam::{Vec3, Vec4};
+use polyscan::fragment::LANES;
+use polyscan::{FragmentBlock, Framebuffer, Mesh, Vertex, ZBufferRenderer};
+
+/// What the process itself is started with to draw one picture and end.
+const COLD: &str = "--cold-process";
+
+type Part = fn() -> Result<(), Box<dyn Error>>;
+
+const PARTS: [(&str, Part); 4] =
+    [("calls", calls), ("game", game), ("thumbnail", thumbnail), ("faces", faces)];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    if let [COLD, faces] = *arguments.iter().map(String::as_str).collect::<Vec<_>>() {
+        return cold_process(faces.parse()?);
+    }
+    let chosen: Vec<_> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
+    for (name, part) in PARTS {
+        if chosen.is_empty() || chosen.iter().any(|chosen| *chosen == name) {
+            println!("\n{name}");
+            part()?;
+        }
+    }
+    Ok(())
+}
+
+/// The median and the least time of some runs, `per` of which are one.
+fn report(what: &str, mut times: Vec<Duration>, per: u32) {
+    times.sort_unstable();
+    let [median, least] = [times[times.len() / 2], times[0]].map(|time| time / per);
+    println!("{what:>50} {median:>12.3?} ({least:.3?})");
+}
+
+/// The times of `runs` calls, after one that does not count.
+fn times(runs: usize, mut run: impl FnMut()) -> Vec<Duration> {
+    run();
+    let timed = |_| {
+        let start = Instant::now();
+        run();
+        start.elapsed()
+    };
+    (0..runs).map(timed).collect()
+}
+
+/// Calls `f` with one thread, and with all.
+fn with_threads(mut f: impl FnMut(&str) + Send) -> Result<(), Box<dyn Error>> {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    one.install(|| f("one thread"));
+    let all = rayon::ThreadPoolBuilder::new().build()?;
+    let name = format!("{} threads", all.current_num_threads());
+    all.install(|| f(&name));
+    Ok(())
+}
+
+/// A colour of two parameters.
+#[inline(always)]
+fn shade(block: &mut FragmentBlock<'_, 2>, colors: &mut [u32; LANES]) {
+    let [u, v] = &block.params;
+    for (color, (u, v)) in colors.iter_mut().zip(u.iter().zip(v)) {
+        *color = u.to_bits() ^ v.to_bits();
+    }
+}
+
+/// 100,000 draw calls of one quad of 8 x 8 pixels each, and the same quads as one mesh.
+fn calls() -> Result<(), Box<dyn Error>> {
+    const CALLS: u16 = 50_000;
+    let mut frame = Framebuffer::new(640, 480, 0u32)?;
+    let mut renderer = ZBufferRenderer::<2>::new(frame.viewport());
+    let quad = |i: u16| {
+        let (column, row) = (f32::from(i % 79), f32::from(i / 79 % 59));
+        let corner = |(x, y): (f32, f32)| {
+            let (x, y) = ((column + x) / 40.0 - 1.0, 1.0 - (row + y) / 30.0);
+            Vertex::new(Vec4::new(x, y, 0.5, 1.0), [x, y])
+        };
+        [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(corner)
+    };
+    let quads: Vec<_> = (0..CALLS).map(quad).collect();
+    let fragments = times(9, || {
+        frame.clear(0, 1.0);
+        for _ in 0..2 {
+            for quad in &quads {
+                renderer.draw(&mut frame, quad, |f| f.params[0].to_bits() ^ f.params[1].to_bits());
+            }
+        }
+    });
+    report("a quad of 8 x 8 pixels, draw", fragments, u32::from(CALLS) * 2);
+    let blocks = times(9, || {
+        frame.clear(0, 1.0);
+        (0..2).for_each(|_| quads.iter().for_each(|q| renderer.draw_blocks(&mut frame, q, shade)));
+    });
+    report("the same, draw_blocks", blocks, u32::from(CALLS) * 2);
+    let corners: Vec<Vertex<2>> = quads.concat();
+    let faces: Vec<[u32; 4]> =
+        (0..u32::from(CALLS)).map(|i| [0, 1, 2, 3].map(|k| 4 * i + k)).collect();
+    with_threads(|threads| {
+        let mesh = times(9, || {
+            frame.clear(0, 1.0);
+            (0..2)
+                .for_each(|_| renderer.draw_blocks(&mut frame, Mesh::new(&corners, &faces), shade));
+        });
+        report(&format!("a quad of a mesh of them, {threads}"), mesh, u32::from(CALLS) * 2);
+    })
+}
+
+/// A sphere of `2 columns rows` triangles in clip space, seen from outside.
+fn sphere(columns: u16, rows: u16) -> (Vec<Vertex<2>>, Vec<[u32; 3]>) {
+    use std::f32::consts::{PI, TAU};
+    let view = perspective(0.8, 1.0, 0.1, 100.0)
+        * look_at_mat4(Vec3::new(1.0, 1.5, 2.5), Vec3::ZERO, Vec3::Y);
+    let (across, down) = (f32::from(columns), f32::from(rows));
+    let places = (0..=rows).flat_map(|row| (0..=columns).map(move |column| (column, row)));
+    let vertices = places.map(|(column, row)| {
+        let (u, v) = (f32::from(column) / across, f32::from(row) / down);
+        let (longitude, latitude) = ((u * TAU).sin_cos(), (v * PI).sin_cos());
+        let point = Vec3::new(longitude.1 * latitude.0, latitude.1, longitude.0 * latitude.0);
+        Vertex::new(view * point.extend(1.0), [u, v])
+    });
+    let line = u32::from(columns) + 1;
+    let squares = (0..u32::from(rows)).flat_map(|row| (0..line - 1).map(move |x| row * line + x));
+    let triangles = squares.flat_map(|a| [[a, a + line, a + line + 1], [a, a + line + 1, a + 1]]);
+    (vertices.collect(), triangles.collect())
+}
+
+/// The steady state of a game that draws 500 faces on 320 x 200 pixels.
+fn game() -> Result<(), Box<dyn Error>> {
+    let (vertices, faces) = sphere(25, 10);
+    with_threads(|threads| {
+        let Ok(mut frame) = Framebuffer::new(320, 200, 0u32) else { return };
+        let mut renderer = ZBufferRenderer::<2>::new(frame.viewport());
+        let frames = times(2001, || {
+            frame.clear(0, 1.0);
+            renderer.draw_blocks(&mut frame, Mesh::new(&vertices, &faces), shade);
+            black_box(frame.color());
+        });
+        report(&format!("{} faces, 320 x 200, {threads}", faces.len()), frames, 1);
+    })
+}
+
+/// A process that draws a picture of 256 x 256 pixels into memory and ends.
+fn cold_process(faces: usize) -> Result<(), Box<dyn Error>> {
+    let (vertices, triangles) = sphere(50, 50);
+    let mut frame = Framebuffer::new(256, 256, 0u32)?;
+    let mut renderer = ZBufferRenderer::<2>::new(frame.viewport());
+    renderer.draw_blocks(&mut frame, Mesh::new(&vertices, &triangles[..faces]), shade);
+    black_box(frame.color());
+    Ok(())
+}
+
+/// A thumbnail, from the start of a process to its end.
+fn thumbnail() -> Result<(), Box<dyn Error>> {
+    let program = std::env::current_exe()?;
+    for (faces, what) in
+        [("5000", "a process that draws 5,000 faces, 256 x 256"), ("0", "one that draws none")]
+    {
+        let mut failed = false;
+        let processes = times(101, || {
+            let status = Command::new(&program).args([COLD, faces]).status();
+            failed |= !status.is_ok_and(|status| status.success());
+        });
+        if failed {
+            return Err("the process that draws a thumbnail failed".into());
+        }
+        report(what, processes, 1);
+    }
+    Ok(())
+}
+
+/// A height field of 10 million triangles, on 1024 x 2048 pixels.
+fn faces() -> Result<(), Box<dyn Error>> {
+    const SIDE: u16 = 2236;
+    let side = f32::from(SIDE);
+    let view = perspective(1.0, 0.5, 0.1, 100.0)
+        * look_at_mat4(Vec3::new(0.0, 1.3, 1.1), Vec3::ZERO, Vec3::Y);
+    let places = (0..=SIDE).flat_map(|row| (0..=SIDE).map(move |column| (column, row)));
+    let vertices: Vec<Vertex<2>> = places
+        .map(|(column, row)| {
+            let (u, v) = (f32::from(column) / side, f32::from(row) / side);
+            let height = 0.1 * (9.0 * u).sin() * (11.0 * v).cos();
+            Vertex::new(view * Vec4::new(u - 0.5, height, 2.0 * v - 1.0, 1.0), [u, v])
+        })
+        .collect();
+    let line = u32::from(SIDE) + 1;
+    let squares = (0..line - 1).flat_map(|row| (0..line - 1).map(move |x| row * line + x));
+    let mut faces: Vec<[u32; 3]> =
+        squares.flat_map(|a| [[a, a + line, a + line + 1], [a, a + line + 1, a + 1]]).collect();
+    let mut draw = |order: &str, faces: &[[u32; 3]]| {
+        with_threads(|threads| {
+            let Ok(mut frame) = Framebuffer::new(1024, 2048, 0u32) else { return };
+            let mut renderer = ZBufferRenderer::<2>::new(frame.viewport());
+            let before = resident_mebibytes();
+            let frames = times(5, || {
+                frame.clear(0, 1.0);
+                renderer.draw_blocks(&mut frame, Mesh::new(&vertices, faces), shade);
+            });
+            let covered = frame.depth().iter().filter(|&&depth| depth < 1.0).count();
+            report(&format!("{} faces {order}, {threads}", faces.len()), frames, 1);
+            if let Some((before, after)) = before.zip(resident_mebibytes()) {
+                let more = after.saturating_sub(before);
+                println!("{:>50} {more} MiB for the renderer, {covered} pixels", "");
+            }
+        })
+    };
+    draw("in order", &faces)?;
+    // Fisher and Yates's shuffle, by Marsaglia's xorshift.
+    let mut state = 0x9e37_79b9_7f4a_7c15u64;
+    for i in (1..faces.len()).rev() {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        faces.swap(i, (state % (i as u64 + 1)) as usize);
+    }
+    draw("in random order", &faces)
+}
+
+/// How much memory the process has, if the system tells.
+fn resident_mebibytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? / 1024)
+}
