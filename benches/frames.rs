@@ -200,7 +200,7 @@ fn faces() -> Result<(), Box<dyn Error>> {
     let squares = (0..line - 1).flat_map(|row| (0..line - 1).map(move |x| row * line + x));
     let mut faces: Vec<[u32; 3]> =
         squares.flat_map(|a| [[a, a + line, a + line + 1], [a, a + line + 1, a + 1]]).collect();
-    let mut draw = |order: &str, faces: &[[u32; 3]]| {
+    let draw = |order: &str, faces: &[[u32; 3]]| {
         with_threads(|threads| {
             let Ok(mut frame) = Framebuffer::new(1024, 2048, 0u32) else { return };
             let mut renderer = ZBufferRenderer::<2>::new(frame.viewport());
