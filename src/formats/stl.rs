@@ -50,8 +50,7 @@ pub(super) fn read(bytes: Vec<u8>) -> Result<Found, String> {
 fn collect(file: &mut (impl Read + std::io::Seek)) -> Result<Found, String> {
     let mut found = Found::new();
     let triangles = stl_io::create_stl_reader(file).map_err(|error| error.to_string())?;
-    let mut count = 0_u64;
-    for triangle in triangles {
+    for (count, triangle) in triangles.enumerate() {
         let triangle = match triangle {
             Ok(triangle) => triangle,
             Err(error) if count == 0 => return Err(format!("it cannot be read: {error}")),
@@ -62,7 +61,6 @@ fn collect(file: &mut (impl Read + std::io::Seek)) -> Result<Found, String> {
         };
         let corner = |v: stl_io::Vertex| Corner::at(DVec3::from_array(v.0.map(f64::from)));
         found.face(triangle.vertices.map(corner), 0)?;
-        count += 1;
     }
     Ok(found.finish())
 }
