@@ -163,6 +163,7 @@
 //! - `model`: what the formats share; it comes with any of them.
 //! - `image`: textures in the other formats of the `image` crate, and framebuffers to its pictures. It
 //!   takes longer to compile than all the rest.
+//! - `tiff`, `webp`: textures in these formats as well.
 //! - `fallback`: the code without SIMD is compiled for machines that have some as well, to test and to
 //!   time it. Where there is no SIMD it is in use without the feature.
 //!

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
+use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 use tempfile::NamedTempFile;
 
 /// A picture to write.
@@ -74,6 +74,8 @@ fn readable(_: &NamedTempFile) -> io::Result<()> {
 
 fn encode(picture: &Picture, out: impl Write) -> Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(out, picture.width, picture.height);
+    // Drawing takes less time than packing well would.
+    encoder.set_compression(Compression::Fast);
     match &picture.pixels {
         Pixels::Colors(frames) => {
             encoder.set_color(ColorType::Rgba);

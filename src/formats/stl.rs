@@ -13,7 +13,7 @@ use crate::formats::found::{Corner, Found};
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
-pub(super) fn read(bytes: Vec<u8>) -> Result<Found, String> {
+pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
     let count = bytes
         .get(80..HEADER)
         .map_or(0, |count| u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])));
@@ -32,13 +32,10 @@ pub(super) fn read(bytes: Vec<u8>) -> Result<Found, String> {
         );
     }
     let there = (bytes.len() - HEADER) as u64 / TRIANGLE as u64;
-    let mut head = [0; HEADER];
-    head[80..].copy_from_slice(&(count.min(there) as u32).to_le_bytes());
-    let triangles = &bytes[HEADER..];
-    let mut whole = Vec::with_capacity(bytes.len());
-    whole.extend_from_slice(&head);
-    whole.extend_from_slice(triangles);
-    let mut found = collect(&mut Cursor::new(whole))?;
+    // A head that is not taken for text, and that announces what is there.
+    bytes[..80].fill(0);
+    bytes[80..HEADER].copy_from_slice(&(count.min(there) as u32).to_le_bytes());
+    let mut found = collect(&mut Cursor::new(bytes))?;
     if there < count {
         found.warnings.push(format!(
             "it ends after {there} of the {count} triangles that it announces; was it cut off?"
