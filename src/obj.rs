@@ -37,7 +37,8 @@
 //!   0 0 0 under a picture counts as white.
 //! - Alpha is `d`, or 1 - `Tr` where there is no `d`, times that of the picture, times `map_d`: the alpha of
 //!   that picture if it has one, else its grey. A picture whose alpha is 0 or 1 nearly everywhere cuts
-//!   out ([`AlphaMode`](crate::model::AlphaMode)).
+//!   out ([`AlphaMode`](crate::model::AlphaMode)). A TGA file whose alpha is 0 everywhere is opaque: old
+//!   programs write it so.
 //! - Text may be UTF-8 or UTF-16, with any ends of lines. Names in other encodings stay apart, and their bytes
 //!   lead to files.
 //! - Files are found in another case of letters, with a comment or escapes in the name, by the last part of

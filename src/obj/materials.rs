@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{Vec3, Vec4};
 
+use crate::color::decode;
 use crate::model::{AlphaMode, Material, TextureMapping};
 use crate::obj::file::check_regular;
 use crate::obj::limits::MAX_TEXTURES;
@@ -108,6 +109,28 @@ fn transparency(texture: &Texture, channel: Use) -> Transparency {
     }
 }
 
+/// Whether the name is that of a TGA file. Old programs write 32 bits a texel into them, the last 8 of which
+/// are zero and mean nothing.
+fn is_tga(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tga"))
+}
+
+/// Whether all texels have an alpha of 0.
+fn is_clear(texture: &Texture) -> bool {
+    let (width, height) = (texture.width(), texture.height());
+    (0..height).all(|y| (0..width).all(|x| texture.texel(x, y).w == 0.0))
+}
+
+/// The texture of a file whose alpha counts for nothing.
+fn without_alpha(path: &Path) -> Result<Texture, TextureError> {
+    let numbers = Texture::open_data(path)?;
+    Texture::from_fn(numbers.width(), numbers.height(), |x, y| {
+        let code = |number: f32| decode((number * 255.0).round() as u8);
+        let [r, g, b, _] = numbers.texel(x, y).to_array();
+        Vec4::new(code(r), code(g), code(b), 1.0)
+    })
+}
+
 /// What a picture is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Use {
@@ -188,6 +211,9 @@ impl TextureCache {
         check_regular(path)
             .map_err(|source| TextureError::Read { path: path.to_owned(), source })?;
         let mut texture = Texture::open_within(path, MAX_FILE_TEXELS - self.texels)?;
+        if is_tga(path) && is_clear(&texture) {
+            texture = without_alpha(path)?;
+        }
         let mut transparency = transparency(&texture, Use::Colour);
         if for_what == Use::Alpha {
             let numbers = Texture::open_data(path)?;

@@ -328,6 +328,23 @@ fn pictures_cut_out_or_are_glass() {
     }
 }
 
+/// 32 bits a texel, whose last 8 are zero: by the format there is no alpha if the descriptor says 0, and old
+/// programs say 8 and mean the same.
+#[cfg(feature = "image")]
+#[test]
+fn tga_files_without_any_alpha_are_opaque() {
+    for descriptor in [0, 8] {
+        let tga = [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 32, descriptor, 0, 255, 0, 0];
+        let files = Files::new().with("m.mtl", "newmtl a\nmap_Kd t.tga\n").with("t.tga", tga);
+        let (model, warnings) =
+            files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(model.materials[1].alpha_mode, AlphaMode::Opaque);
+        let green = vec4(0.0, 1.0, 0.0, 1.0);
+        assert_eq!(model.color_at(1, vec2(0.5, 0.5), Vec4::ONE), green, "{descriptor}");
+    }
+}
+
 record! {
     struct Uv {
         uv: Vec2,
