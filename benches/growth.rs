@@ -1,4 +1,5 @@
-//! How time grows with pixels, polygons, parameters, depth complexity and sides, on one thread.
+//! How time grows with pixels, polygons, parameters, depth complexity, sides, and the triangles of OBJ files,
+//! on one thread.
 //!
 //! ```text
 //! cargo bench -p polyscan-benches --bench growth
@@ -36,14 +37,15 @@ struct Series {
 }
 
 /// What is varied: the name of the axis, the unit of sizes, and the ways.
-type Axis = (&'static str, &'static str, fn() -> Result<Vec<Series>, SizeError>);
+type Axis = (&'static str, &'static str, fn() -> Result<Vec<Series>, Box<dyn Error>>);
 
-const AXES: [Axis; 5] = [
+const AXES: [Axis; 6] = [
     ("pixels", "pixel", pixels),
     ("polygons", "triangle", polygons),
     ("parameters", "value", parameters),
     ("depth", "layer", depth),
     ("sides", "side", sides),
+    ("loading", "triangle", loading),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -200,7 +202,7 @@ fn shade<const N: usize>(block: &mut FragmentBlock<'_, N>, colors: &mut [u32; LA
 }
 
 /// A square from 256 x 256 to 8192 x 8192 pixels.
-fn pixels() -> Result<Vec<Series>, SizeError> {
+fn pixels() -> Result<Vec<Series>, Box<dyn Error>> {
     let mut shaded = Series::new("z-buffer, 2 parameters");
     let mut depth = Series::new("z-buffer, depth alone");
     for size in [256, 512, 1024, 2048, 4096, 8192] {
@@ -217,7 +219,7 @@ fn pixels() -> Result<Vec<Series>, SizeError> {
 
 /// Triangles of 8 pixels, two to a square of 4 x 4, row by row over 2048 x 2048 pixels; if they are
 /// more than that takes, in layers from back to front.
-fn polygons() -> Result<Vec<Series>, SizeError> {
+fn polygons() -> Result<Vec<Series>, Box<dyn Error>> {
     const SIZE: u32 = 2048;
     const MOST: u32 = 10_000_000;
     let mut mesh = Series::new("z-buffer, a mesh");
@@ -285,7 +287,7 @@ fn triangles(side: u32) -> impl Iterator<Item = [u32; 3]> {
 }
 
 /// From 0 to 64 parameters, for 1024 x 1024 pixels. Depth and 1/w count as values too.
-fn parameters() -> Result<Vec<Series>, SizeError> {
+fn parameters() -> Result<Vec<Series>, Box<dyn Error>> {
     let mut series = Series::new("z-buffer, 1024 x 1024 pixels");
     macro_rules! measure {
         ($($n:literal)*) => {$({
@@ -301,7 +303,7 @@ fn parameters() -> Result<Vec<Series>, SizeError> {
 }
 
 /// From 1 to 64 squares behind each other, each of 1024 x 1024 pixels.
-fn depth() -> Result<Vec<Series>, SizeError> {
+fn depth() -> Result<Vec<Series>, Box<dyn Error>> {
     let mut back_to_front = Series::new("z-buffer, back to front");
     let mut front_to_back = Series::new("z-buffer, front to back");
     for layers in [1u8, 2, 4, 8, 16, 32, 64] {
@@ -318,7 +320,7 @@ fn depth() -> Result<Vec<Series>, SizeError> {
 }
 
 /// From 3 to 256 sides, from clip space to the spans, on 512 rows.
-fn sides() -> Result<Vec<Series>, SizeError> {
+fn sides() -> Result<Vec<Series>, Box<dyn Error>> {
     type Shape = fn(usize, usize) -> (f32, f32);
     let convex: Shape = |k, sides| {
         let angle = TAU * k as f32 / sides as f32;
@@ -356,4 +358,54 @@ fn sides() -> Result<Vec<Series>, SizeError> {
             series
         })
         .into())
+}
+
+/// OBJ files of a torus with texture coordinates and normals, loaded by the library and by `tobj` alone,
+/// which makes no model of what it reads.
+fn loading() -> Result<Vec<Series>, Box<dyn Error>> {
+    let mut ours = Series::new("polyscan");
+    let mut theirs = Series::new("tobj");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("torus.obj");
+    for side in [22_u32, 71, 224, 707] {
+        fs::write(&path, torus(side))?;
+        let size = f64::from(2 * side * side);
+        let load = |path: &mut &Path| {
+            black_box(polyscan::Model::load(&**path).map(|loaded| loaded.model.face_count()).ok());
+        };
+        ours.points.push((size, time(&mut path.as_path(), |_| {}, load)));
+        let load = |path: &mut &Path| {
+            black_box(tobj::load_obj(*path, &tobj::LoadOptions::default()).ok());
+        };
+        theirs.points.push((size, time(&mut path.as_path(), |_| {}, load)));
+    }
+    fs::remove_file(&path)?;
+    Ok(vec![ours, theirs])
+}
+
+/// The text of a torus of so many quads a side, each of two triangles.
+fn torus(side: u32) -> String {
+    let mut text = String::new();
+    for i in 0..=side {
+        let (su, cu) = (TAU * i as f32 / side as f32).sin_cos();
+        for j in 0..=side {
+            let (sv, cv) = (TAU * j as f32 / side as f32).sin_cos();
+            let (x, y, z) = ((1.0 + 0.4 * cv) * cu, 0.4 * sv, (1.0 + 0.4 * cv) * su);
+            let (u, v) = (i as f32 / side as f32, j as f32 / side as f32);
+            text += &format!(
+                "v {x:.6} {y:.6} {z:.6}\nvt {u:.5} {v:.5}\nvn {:.4} {sv:.4} {:.4}\n",
+                cv * cu,
+                cv * su
+            );
+        }
+    }
+    for i in 0..side {
+        for j in 0..side {
+            let a = 1 + i * (side + 1) + j;
+            let (b, c, d) = (a + 1, a + side + 2, a + side + 1);
+            text += &format!(
+                "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}\nf {a}/{a}/{a} {c}/{c}/{c} {d}/{d}/{d}\n"
+            );
+        }
+    }
+    text
 }

@@ -1,4 +1,4 @@
-//! Renders an OBJ model with one lamp by the z-buffer; the camera stands where it sees all of it.
+//! Renders an OBJ model with one lamp, by the z-buffer unless something is transparent; the camera stands where it sees all of it.
 //!
 //! ```text
 //! cargo run --release --example obj -- --yaw -40 examples/assets/cottage.obj
@@ -12,16 +12,16 @@ use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressIterator as _, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
-use polyscan::Model;
 use polyscan::color::{Color, decode};
 use polyscan::glam::Vec3;
+use polyscan::model::{Face, Model};
 use polyscan::obj::Loader;
-use polyscan::{Cull, Framebuffer, Mesh, ZBufferRenderer};
+use polyscan::{Cull, Fragment, Framebuffer, Mesh, ScanlineRenderer, ZBufferRenderer};
 
 mod cli;
 mod studio;
 
-use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
+use studio::{Lamp, Surface, View, parse_degrees, parse_size, parse_up, shade};
 
 const HELP: &str = "\
 Draw an OBJ model to a picture, or turn it around in an animated one.
@@ -34,6 +34,7 @@ Arguments:
 Options:
       --yaw <DEGREES>         Turn of the camera around the model, to the right [default: 30]
       --pitch <DEGREES>       Height of the camera over the model's level [default: 20]
+      --up <AXIS>             The axis of the model that is up: y, z, -y and so on [default: y]
       --output <FILE>         The PNG file to write [default: target/obj.png, or
                               target/turntable.png with --turntable]
       --size <SIZE>           Width and height in pixels, up to 16384 each [default: 800x600]
@@ -90,14 +91,24 @@ fn render(
     let lamp = Lamp::beside(&camera);
 
     let vertices = studio::vertices(model, camera.clip_from_object());
-    let mut renderer = ZBufferRenderer::new(frame.viewport());
-    renderer.settings.cull = if options.cull { Cull::Back } else { Cull::None };
-    for (i, material) in model.materials.iter().enumerate() {
-        let faces = Mesh::new(&vertices, model.faces_of(i));
-        renderer.draw(&mut frame, faces, |fragment| {
-            let surface = Surface::from(fragment.params);
-            color_of(model, Some(material), surface.uv) * lamp.lit(&surface)
-        });
+    // Fragments know the number of their face, the list knows its material.
+    let faces: Vec<Face<'_>> = model.faces().collect();
+    let shader = |fragment: &Fragment<'_, { Surface::LEN }>| {
+        let material = faces[fragment.face as usize].material;
+        shade(model, material, &Surface::from(fragment.params), &lamp)
+    };
+    let cull = if options.cull { Cull::Back } else { Cull::None };
+    if model.has_transparency() {
+        // Glass and cut-outs in their true order, which a z-buffer does not know.
+        let is_transparent = |face| model.materials[faces[face as usize].material].is_transparent();
+        let mesh = Mesh::new(&vertices, &faces).with_transparent(&is_transparent);
+        let mut renderer = ScanlineRenderer::new(frame.viewport());
+        renderer.settings.cull = cull;
+        renderer.draw(&mut frame, mesh, shader);
+    } else {
+        let mut renderer = ZBufferRenderer::new(frame.viewport());
+        renderer.settings.cull = cull;
+        renderer.draw(&mut frame, Mesh::new(&vertices, &faces), shader);
     }
     Ok(frame.downsampled(SAMPLES)?)
 }
@@ -176,6 +187,7 @@ impl Options {
                 Arg::Long("pitch") => {
                     options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
                 }
+                Arg::Long("up") => options.view.up = parser.value()?.parse_with(parse_up)?,
                 Arg::Long("output") => options.output = Some(cli::png(parser.value()?)?),
                 Arg::Long("size") => {
                     options.size = parser.value()?.parse_with(|text| parse_size(text, 16_384))?;

@@ -12,7 +12,8 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
-use polyscan::color::Color;
+use polyscan::color::decode;
+use polyscan::glam::Vec3;
 use polyscan::model::{Face, Model};
 use polyscan::obj::Loader;
 use polyscan::render::PngFile;
@@ -21,7 +22,7 @@ use polyscan::{Fragment, Mesh, ScanlineRenderer, Viewport};
 mod cli;
 mod studio;
 
-use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
+use studio::{Lamp, Surface, View, parse_degrees, parse_size, parse_up, shade};
 
 const HELP: &str = "\
 Draw a very large picture of an OBJ model.
@@ -34,6 +35,7 @@ Arguments:
 Options:
       --yaw <DEGREES>    Turn of the camera around the model, to the right [default: 30]
       --pitch <DEGREES>  Height of the camera over the model's level [default: 20]
+      --up <AXIS>        The axis of the model that is up: y, z, -y and so on [default: y]
       --output <FILE>    The PNG file to write [default: target/poster.png]
       --size <SIZE>      Width and height in pixels, up to 65536 each [default: 12000x9000]
   -h, --help             Show this help
@@ -70,19 +72,18 @@ fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
     // Fragments know the number of their face, the list knows its material.
     let faces: Vec<Face<'_>> = model.faces().collect();
     let shader = |fragment: &Fragment<'_, { Surface::LEN }>| {
-        let face = faces.get(fragment.face as usize);
-        let material = face.and_then(|face| model.materials.get(face.material));
-        let surface = Surface::from(fragment.params);
-        let [r, g, b, _] = (color_of(model, material, surface.uv) * lamp.lit(&surface)).to_srgb8();
-        [r, g, b]
+        let material = faces[fragment.face as usize].material;
+        shade(model, material, &Surface::from(fragment.params), &lamp)
     };
 
     let bar = ProgressBar::new(height.into())
         .with_style(ProgressStyle::with_template("{bar:40} {percent}% of the rows, {eta} left")?);
     let mut file = PngFile::opaque(&options.output, width, height)?;
     let mut renderer = ScanlineRenderer::new(Viewport::new(width, height)?);
-    let background = [216, 226, 234];
-    renderer.stream(Mesh::new(&vertices, &faces), background, shader, |row, colors| {
+    let background = Vec3::from([216, 226, 234].map(decode));
+    let is_transparent = |face| model.materials[faces[face as usize].material].is_transparent();
+    let mesh = Mesh::new(&vertices, &faces).with_transparent(&is_transparent);
+    renderer.stream(mesh, background, shader, |row, colors| {
         bar.set_position(u64::from(row) + 1);
         file.write_row(colors)
     })?;
@@ -119,6 +120,7 @@ impl Options {
                 Arg::Long("pitch") => {
                     options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
                 }
+                Arg::Long("up") => options.view.up = parser.value()?.parse_with(parse_up)?,
                 Arg::Long("output") => options.output = cli::png(parser.value()?)?,
                 Arg::Long("size") => {
                     options.size = parser.value()?.parse_with(|text| parse_size(text, 65_536))?;

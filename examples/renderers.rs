@@ -32,7 +32,7 @@ use polyscan::{
 mod cli;
 mod studio;
 
-use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
+use studio::{Lamp, Surface, View, parse_degrees, parse_size, parse_up, shade};
 
 const HELP: &str = "\
 Draw one scene by the z-buffer, the painter's and the scanline renderer, and compare them.
@@ -45,6 +45,7 @@ Arguments:
 Options:
       --yaw <DEGREES>    Turn of the camera around the model, to the right [default: 30]
       --pitch <DEGREES>  Height of the camera over the model's level [default: 20]
+      --up <AXIS>        The axis of the model that is up: y, z, -y and so on [default: y]
       --output <FILE>    The PNG file to write: the scene, and beside it in red where the z-buffer
                          draws it otherwise [default: target/renderers.png]
       --size <SIZE>      Width and height of the scene in pixels, up to 8192 each
@@ -313,11 +314,12 @@ impl<'a> Scene<'a> {
         let mut scene = Self {
             model,
             vertices: studio::vertices(model, Mat4::IDENTITY),
-            faces: model.faces().map(|face| face.indices.to_vec()).collect(),
-            looks: model.faces().map(|face| Look::Model(face.material)).collect(),
+            faces: Vec::new(),
+            looks: Vec::new(),
             glass: 0,
             sphere: Sphere { centre, radius: 1.4 * size },
         };
+        scene.add_model(false);
         let place = |turn: Quat, x: f32, y: f32, z: f32| {
             Mat4::from_scale_rotation_translation(
                 Vec3::splat(size),
@@ -338,6 +340,7 @@ impl<'a> Scene<'a> {
         }
 
         scene.glass = scene.faces.len();
+        scene.add_model(true);
         let tints = [vec3(0.02, 0.5, 0.6), vec3(0.65, 0.05, 0.3), vec3(0.7, 0.55, 0.02)];
         for (i, tint) in (0..).zip(tints) {
             let turn = turned(0.3 + TAU / 6.0 * i as f32, 0.0, 0.0);
@@ -348,6 +351,16 @@ impl<'a> Scene<'a> {
         scene
     }
 
+    /// Adds the faces of the model that are transparent, or those that are not.
+    fn add_model(&mut self, transparent: bool) {
+        for face in self.model.faces() {
+            if self.model.materials[face.material].is_transparent() == transparent {
+                self.faces.push(face.indices.to_vec());
+                self.looks.push(Look::Model(face.material));
+            }
+        }
+    }
+
     /// Adds a flat face; its texture coordinates go from 0 to 1 between its sides.
     fn add(&mut self, object_from_face: Mat4, outline: &[Vec2], look: Look) {
         let first = self.vertices.len() as u32;
@@ -356,7 +369,7 @@ impl<'a> Scene<'a> {
             .iter()
             .fold((Vec2::MAX, Vec2::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
         self.vertices.extend(outline.iter().map(|&p| {
-            let surface = Surface { uv: (p - low) / (high - low), normal };
+            let surface = Surface { uv: (p - low) / (high - low), normal, color: Vec4::ONE };
             Vertex::new(object_from_face.transform_point3(p.extend(0.0)).extend(1.0), surface)
         }));
         self.faces.push((first..self.vertices.len() as u32).collect());
@@ -368,9 +381,7 @@ impl<'a> Scene<'a> {
         let color = match self.looks[face] {
             Look::Paint(color) => color,
             Look::Glass(tint) => return glass(tint, surface.uv),
-            Look::Model(material) => {
-                color_of(self.model, self.model.materials.get(material), surface.uv)
-            }
+            Look::Model(material) => return shade(self.model, material, &surface, lamp),
         };
         Over((color * lamp.lit(&surface)).extend(1.0))
     }
@@ -420,6 +431,7 @@ impl Options {
                 Arg::Long("pitch") => {
                     options.view.pitch = parser.value()?.parse_with(parse_degrees)?;
                 }
+                Arg::Long("up") => options.view.up = parser.value()?.parse_with(parse_up)?,
                 Arg::Long("output") => options.output = cli::png(parser.value()?)?,
                 Arg::Long("size") => {
                     options.size = parser.value()?.parse_with(|text| parse_size(text, 8192))?;

@@ -22,7 +22,7 @@
 //! ```
 
 use glam::camera::rh::proj::directx::perspective;
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3};
 
 mod sphere;
 
@@ -42,6 +42,8 @@ pub struct Camera {
     yaw: f32,
     pitch: f32,
     field_of_view: f32,
+    /// Takes the y axis to the direction that is up.
+    upright: Mat3,
 }
 
 impl Camera {
@@ -57,10 +59,14 @@ impl Camera {
     /// An aspect that is not positive and finite counts as 1. A radius of 0 becomes a very small one.
     pub fn around(sphere: Sphere, aspect: f32) -> Self {
         let aspect = if aspect > 0.0 && aspect.is_finite() { aspect } else { 1.0 };
-        // Nothing divides by zero, and no square is too small for `f32`.
-        let radius = sphere.radius.max(f32::MIN_POSITIVE.sqrt());
+        // Nothing divides by zero. Beside a centre that is not tiny as well, no square is too small for
+        // `f32` either.
+        let is_tiny = sphere.centre.abs().max_element() < 1e-15;
+        let least = if is_tiny { f32::MIN_POSITIVE } else { f32::MIN_POSITIVE.sqrt() };
+        let radius = sphere.radius.max(least).min(f32::MAX);
         let sphere = Sphere { radius, ..sphere };
-        Self { sphere, aspect, yaw: 0.0, pitch: 0.0, field_of_view: Self::FIELD_OF_VIEW }
+        let field_of_view = Self::FIELD_OF_VIEW;
+        Self { sphere, aspect, yaw: 0.0, pitch: 0.0, field_of_view, upright: Mat3::IDENTITY }
     }
 
     /// Moves the camera around the sphere, by angles in radians from where a new one stands.
@@ -70,6 +76,21 @@ impl Camera {
     /// from where it stood.
     pub fn turned(self, yaw: f32, pitch: f32) -> Self {
         Self { yaw, pitch, ..self }
+    }
+
+    /// Sets the direction that is up in the object, y unless this is called.
+    ///
+    /// What the other methods say of the y axis then holds of this one, and the object is seen as if it
+    /// had been turned by the shortest way that takes `up` to y. With z up, a camera that is not turned
+    /// looks in the direction y, with x to the right. A direction that is zero or not finite counts as y.
+    pub fn with_up(self, up: Vec3) -> Self {
+        let up = up.try_normalize().unwrap_or(Vec3::Y);
+        let upright = if up.y < -0.999_999 {
+            Mat3::from_diagonal(Vec3::new(1.0, -1.0, -1.0))
+        } else {
+            Mat3::from_quat(Quat::from_rotation_arc(Vec3::Y, up))
+        };
+        Self { upright, ..self }
     }
 
     /// Sets the angle of view from the picture's lower to its upper side, in radians. The camera goes
@@ -83,8 +104,27 @@ impl Camera {
 
     /// The matrix from object space to clip space, in which x and y are visible from -w to w, and z
     /// from 0 to w ([`ClipSpace::ZeroToOne`](crate::ClipSpace::ZeroToOne)).
+    ///
+    /// For objects so large or so small that products of their coordinates leave the range of `f32`, it
+    /// brings clip space to a size between theirs and 1.
     #[must_use]
     pub fn clip_from_object(&self) -> Mat4 {
+        let exponent = exponent(self.sphere.radius.max(self.sphere.centre.abs().max_element()));
+        if exponent.abs() < 50 {
+            return self.near_clip_from_object();
+        }
+        // In two steps each, which stay in the range where one would leave it.
+        let (half, rest) = (exponent / 2, exponent - exponent / 2);
+        let (first, second) = (power_of_two(-half), power_of_two(-rest));
+        let Sphere { centre, radius } = self.sphere;
+        let sphere = Sphere { centre: centre * first * second, radius: radius * first * second };
+        let near = Self { sphere, ..*self }.near_clip_from_object();
+        // Clip space is scaled back by one of the steps: lengths are multiplied by the other alone.
+        let [x, y, z] = [near.x_axis, near.y_axis, near.z_axis].map(|axis| axis * second);
+        Mat4::from_cols(x, y, z, near.w_axis * power_of_two(half))
+    }
+
+    fn near_clip_from_object(&self) -> Mat4 {
         let (distance, radius) = (self.distance(), self.sphere.radius);
         let (near, far) = ((distance - radius) * 0.99, distance + radius * Self::MARGIN);
         let view = Mat4::from_translation(Vec3::new(0.0, 0.0, -distance))
@@ -103,7 +143,8 @@ impl Camera {
     /// columns of length 1, in object space. They are of use for lights that move with the camera.
     #[must_use]
     pub fn axes(&self) -> Mat3 {
-        Mat3::from_rotation_y(self.yaw) * Mat3::from_rotation_x(-self.pitch)
+        let turned = Mat3::from_rotation_y(self.yaw) * Mat3::from_rotation_x(-self.pitch);
+        if self.upright == Mat3::IDENTITY { turned } else { self.upright * turned }
     }
 
     /// How far from the sphere's centre its sides just touch those of the picture.
@@ -111,6 +152,16 @@ impl Camera {
         let narrow = ((self.field_of_view / 2.0).tan() * self.aspect.min(1.0)).atan();
         Self::MARGIN * self.sphere.radius / narrow.sin()
     }
+}
+
+/// The exponent of a number's power of two, 0 for one that is not finite.
+fn exponent(number: f32) -> i32 {
+    if number.is_finite() { (number.to_bits() >> 23) as i32 - 127 } else { 0 }
+}
+
+/// 2 to a power from -126 to 127.
+fn power_of_two(exponent: i32) -> f32 {
+    f32::from_bits(((exponent + 127) as u32) << 23)
 }
 
 #[cfg(test)]

@@ -90,7 +90,8 @@
 //! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::texels`; decoded by `texture::light` from `texture::picture`s and `texture::file`s; `texture::wrap` finds the texels at a point, `texture::sample` the colour |
 //! | [`camera`] | a camera that sees the whole of an object, by the `camera::sphere` around it |
 //! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them; `model::normals` that they lack |
-//! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s and `obj::warning`s; texts from `obj::file`s, their `obj::lines`; the `obj::plain` form of both, for which `obj::mtl` follows `obj::paths`; `obj::materials`; and `obj::read`, which joins them |
+//! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s; `obj::lines`, `obj::notes` of what is left out, `obj::vertex_color`s and the `obj::geometry` of the text; bytes from `obj::file`s, `obj::warning`s, files for names by `obj::paths`; `obj::map_options` and `obj::mtl` files, `obj::materials`; and `obj::read`, which joins them |
+//! | `formats` | models from files of any format: what is `formats::found` in `formats::stl`, `formats::ply` and `formats::gltf` files, the last by their `formats::gltf::data` and `formats::gltf::looks` |
 //!
 //! A polygon keeps its sides; nothing is triangulated on the way.
 //!
@@ -157,8 +158,12 @@
 //!   same without.
 //! - `png` (default): PNG files, from framebuffers or row by row, and textures from them.
 //! - `obj` (default): OBJ and MTL files. Needs `png`.
+//! - `stl`, `ply`, `gltf`: models in these formats, by [`formats`]. `gltf` needs `image` for the pictures in
+//!   its files.
+//! - `model`: what the formats share; it comes with any of them.
 //! - `image`: textures in the other formats of the `image` crate, and framebuffers to its pictures. It
 //!   takes longer to compile than all the rest.
+//! - `tiff`, `webp`: textures in these formats as well.
 //! - `fallback`: the code without SIMD is compiled for machines that have some as well, to test and to
 //!   time it. Where there is no SIMD it is in use without the feature.
 //!
@@ -198,10 +203,12 @@ pub mod color;
 pub mod render;
 pub mod texture;
 pub mod camera;
-#[cfg(feature = "obj")]
+#[cfg(feature = "model")]
 pub mod model;
 #[cfg(feature = "obj")]
 pub mod obj;
+#[cfg(any(feature = "stl", feature = "ply", feature = "gltf"))]
+pub mod formats;
 #[cfg(test)]
 mod test_rng;
 
@@ -212,7 +219,7 @@ pub use glam;
 pub use self::camera::Camera;
 pub use self::coverage::FillRule;
 pub use self::fragment::{Fragment, FragmentBlock};
-#[cfg(feature = "obj")]
+#[cfg(feature = "model")]
 pub use self::model::Model;
 pub use self::outline::Outline;
 pub use self::parameter_matrix::ParameterMatrix;

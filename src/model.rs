@@ -8,7 +8,7 @@
 //! - `model::normals` finds the normals that the files do not give;
 //! - `model::faces` keeps polygons by their `model::material`s.
 
-use glam::{Mat4, Vec3};
+use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
 
 use crate::camera::{Camera, Sphere};
 use crate::texture::Texture;
@@ -21,7 +21,7 @@ pub(crate) mod corners;
 mod normals;
 
 pub use self::faces::Face;
-pub use self::material::Material;
+pub use self::material::{AlphaMode, Material, TextureMapping};
 pub use self::vertex::ModelVertex;
 
 use self::corners::Corners;
@@ -33,12 +33,19 @@ use self::faces::FacesByMaterial;
 /// in its place.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Each combination of position, normal and texture coordinate that a face has at a corner, once.
+    /// Each combination of position, normal, texture coordinate and colour that a face has at a corner,
+    /// once.
     pub vertices: Vec<ModelVertex>,
     /// The default material, then those of the files in their order.
     pub materials: Vec<Material>,
-    /// The pictures that materials refer to, each file once. They repeat and are filtered.
+    /// The pictures that materials refer to. They are filtered, and repeat unless their materials say
+    /// otherwise.
     pub textures: Vec<Texture>,
+    /// What has been taken off the positions of the file, in its units; mostly zero.
+    ///
+    /// A model that is far from the file's origin, such as one in map coordinates, would lose its shape in
+    /// `f32`: at 13 million, neighbours are 1 apart. So it is brought near.
+    pub origin: DVec3,
     faces: FacesByMaterial,
 }
 
@@ -52,8 +59,59 @@ impl Model {
         textures: Vec<Texture>,
     ) -> Self {
         normals::complete(&mut corners, crease_angle);
+        let origin = corners.origin;
         let (vertices, faces) = corners.into_shared();
-        Self { vertices, materials, textures, faces }
+        Self { vertices, materials, textures, origin, faces }
+    }
+
+    /// Whether any of the materials is transparent, so that the order of faces matters.
+    #[must_use]
+    pub fn has_transparency(&self) -> bool {
+        self.materials.iter().any(Material::is_transparent)
+    }
+
+    /// The colour of a face at a point, by [`Material::color_at`]: linear light, premultiplied by alpha.
+    ///
+    /// `uv` and `color` are those of the vertices, interpolated. A material that does not exist is white.
+    ///
+    /// ```
+    /// # let folder = tempfile::tempdir()?;
+    /// # let path = folder.path().join("square.obj");
+    /// use glam::{Vec2, Vec4};
+    /// use polyscan::render::Over;
+    /// use polyscan::{Framebuffer, Mesh, Model, ScanlineRenderer, record};
+    ///
+    /// record! {
+    ///     struct Surface {
+    ///         uv: Vec2,
+    ///         color: Vec4,
+    ///     }
+    /// }
+    ///
+    /// # std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+    /// let model = Model::load(&path)?.model;
+    /// let faces: Vec<_> = model.faces().collect();
+    /// let clip_from_object = model.camera(4.0 / 3.0).clip_from_object();
+    /// let vertices = model.vertices_with(clip_from_object, |v| Surface { uv: v.uv, color: v.color });
+    ///
+    /// // Glass and leaves in their true order, whatever the file's.
+    /// let is_transparent =
+    ///     |face| model.materials[faces[face as usize].material].is_transparent();
+    /// let mesh = Mesh::new(&vertices, &faces).with_transparent(&is_transparent);
+    /// let mut frame = Framebuffer::new(320, 240, Vec4::ONE)?;
+    /// ScanlineRenderer::new(frame.viewport()).draw(&mut frame, mesh, |fragment| {
+    ///     let Surface { uv, color } = fragment.params.into();
+    ///     Over(model.color_at(faces[fragment.face as usize].material, uv, color))
+    /// });
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[inline]
+    #[must_use]
+    pub fn color_at(&self, material: usize, uv: Vec2, color: Vec4) -> Vec4 {
+        match self.materials.get(material) {
+            Some(material) => material.color_at(&self.textures, uv, color),
+            None => Vec4::ONE,
+        }
     }
 
     /// Number of faces.
@@ -72,7 +130,8 @@ impl Model {
         self.faces.of_material(material)
     }
 
-    /// The least and the greatest coordinates of the vertices; `None` if there are none.
+    /// The least and the greatest coordinates of the vertices, relative to
+    /// [`origin`](Self::origin); `None` if there are none.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let positions = self.positions();

@@ -3,9 +3,10 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use polyscan::glam::{Mat4, Vec2, Vec3, vec3};
-use polyscan::model::{Material, Model};
+use polyscan::glam::{Mat4, Vec2, Vec3, Vec4, vec3};
+use polyscan::model::Model;
 use polyscan::obj::Loader;
+use polyscan::render::Over;
 use polyscan::{Camera, Vertex, record};
 
 use crate::cli;
@@ -18,18 +19,20 @@ pub(crate) struct View {
     pub(crate) yaw: f32,
     /// Height of the camera over the model's level, in degrees.
     pub(crate) pitch: f32,
+    /// The direction in the model that is up.
+    pub(crate) up: Vec3,
 }
 
 impl Default for View {
     fn default() -> Self {
-        Self { model: "examples/assets/cottage.obj".into(), yaw: 30.0, pitch: 20.0 }
+        Self { model: "examples/assets/cottage.obj".into(), yaw: 30.0, pitch: 20.0, up: Vec3::Y }
     }
 }
 
 impl View {
     /// A camera around the model turned as the options say.
     pub(crate) fn turned(&self, camera: Camera) -> Camera {
-        camera.turned(self.yaw.to_radians(), self.pitch.to_radians())
+        camera.with_up(self.up).turned(self.yaw.to_radians(), self.pitch.to_radians())
     }
 }
 
@@ -37,6 +40,17 @@ impl View {
 pub(crate) fn parse_degrees(text: &str) -> Result<f32, &'static str> {
     let degrees = text.parse().ok().filter(|degrees: &f32| degrees.is_finite());
     degrees.ok_or("give a number of degrees, such as 30 or -12.5")
+}
+
+/// A direction along an axis, such as z or -y.
+pub(crate) fn parse_up(text: &str) -> Result<Vec3, &'static str> {
+    let (sign, axis) = text.strip_prefix('-').map_or((1.0, text), |axis| (-1.0, axis));
+    match axis.to_ascii_lowercase().as_str() {
+        "x" => Ok(Vec3::X * sign),
+        "y" => Ok(Vec3::Y * sign),
+        "z" => Ok(Vec3::Z * sign),
+        _ => Err("name an axis: x, y, z, -x, -y or -z"),
+    }
 }
 
 /// Width and height, such as 800x600, of at most `most` pixels each.
@@ -59,12 +73,17 @@ record! {
     pub(crate) struct Surface {
         pub(crate) uv: Vec2,
         pub(crate) normal: Vec3,
+        pub(crate) color: Vec4,
     }
 }
 
 /// The model's vertices in clip space.
 pub(crate) fn vertices(model: &Model, clip_from_object: Mat4) -> Vec<Vertex<{ Surface::LEN }>> {
-    model.vertices_with(clip_from_object, |v| Surface { uv: v.uv, normal: v.normal })
+    model.vertices_with(clip_from_object, |v| Surface {
+        uv: v.uv,
+        normal: v.normal,
+        color: v.color,
+    })
 }
 
 /// A lamp beside the camera, above its right shoulder.
@@ -77,16 +96,15 @@ impl Lamp {
         Self { direction: (camera.axes() * vec3(0.6, 0.7, 1.0)).normalize() }
     }
 
-    /// How much light a surface sends back. One seen from behind is lit from behind.
+    /// How much light a surface sends back: alike from both sides, for many files have faces that are
+    /// turned over.
     pub(crate) fn lit(&self, surface: &Surface) -> f32 {
-        let facing = surface.normal.normalize_or_zero().dot(self.direction);
-        0.15 + 0.85 * if facing < 0.0 { -0.4 * facing } else { facing }
+        0.15 + 0.85 * surface.normal.normalize_or_zero().dot(self.direction).abs()
     }
 }
 
-/// The colour of a material, in linear light.
-pub(crate) fn color_of(model: &Model, material: Option<&Material>, uv: Vec2) -> Vec3 {
-    let Some(material) = material else { return Vec3::ONE };
-    let texture = material.texture.and_then(|i| model.textures.get(i));
-    material.diffuse * texture.map_or(Vec3::ONE, |texture| texture.sample(uv).truncate())
+/// The colour of a surface of a material under a lamp: linear light, premultiplied by alpha.
+pub(crate) fn shade(model: &Model, material: usize, surface: &Surface, lamp: &Lamp) -> Over {
+    let color = model.color_at(material, surface.uv, surface.color);
+    Over((color.truncate() * lamp.lit(surface)).extend(color.w))
 }

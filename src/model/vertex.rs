@@ -1,11 +1,12 @@
 //! The vertices of a model.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 /// A vertex of a model, which the corners of several faces may share.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelVertex {
-    /// Position in object space, in the units of the file.
+    /// Position in object space, in the units of the file, relative to
+    /// [`Model::origin`](crate::Model::origin).
     pub position: Vec3,
     /// Normal in object space, of length 1.
     pub normal: Vec3,
@@ -13,4 +14,14 @@ pub struct ModelVertex {
     /// (0, 0) is the top left corner of the picture, (1, 1) the bottom right one. It is (0, 0) where
     /// the file gives none.
     pub uv: Vec2,
+    /// Colour that multiplies that of the material: linear light, not multiplied by the alpha in `w`.
+    /// It is white where the file gives none.
+    pub color: Vec4,
+}
+
+impl Default for ModelVertex {
+    /// White, at the origin, without a normal.
+    fn default() -> Self {
+        Self { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO, color: Vec4::ONE }
+    }
 }

@@ -32,14 +32,6 @@ pub enum ObjError {
         /// The OBJ file.
         path: PathBuf,
     },
-    /// `tobj` refuses what was found right here.
-    #[error("{} passed every check, but tobj says: {source}; please report it", path.display())]
-    Parser {
-        /// The OBJ file.
-        path: PathBuf,
-        /// What `tobj` said.
-        source: tobj::LoadError,
-    },
 }
 
 /// What is wrong with a line of an OBJ or MTL file.
@@ -105,6 +97,12 @@ pub enum LineError {
         index: i64,
         /// How many there are: in the file, or above the line for a negative index.
         count: u64,
+    },
+    /// A corner's texture coordinate or normal is not there.
+    #[error("a face refers to a {what} that is not in the file")]
+    NoSuch {
+        /// What the index refers to.
+        what: &'static str,
     },
     /// A name is missing.
     #[error("`{keyword}` needs a name after it")]

@@ -3,10 +3,11 @@
 /// The most bytes in an OBJ file: 1 GiB.
 pub const MAX_OBJ_BYTES: u64 = 1 << 30;
 
-/// The most face corners in an OBJ file: 2^26, some 22 million triangles.
+/// The most face corners in an OBJ file: 2^26, some 22 million triangles. There may be no more positions, texture
+/// coordinates or normals either.
 ///
-/// Reading takes up to about 150 bytes a corner at the worst moment (`tobj` spends 104 on the
-/// smallest face, and lists grow by doubling), so this bounds memory near 10 GiB.
+/// Reading takes up to about 150 bytes a corner at the worst moment (where no two corners are alike, and all
+/// have colours), so this bounds memory near 10 GiB.
 pub const MAX_CORNERS: u64 = 1 << 26;
 
 /// The most bytes in the MTL files of a model together: 64 MiB.

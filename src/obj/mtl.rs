@@ -1,153 +1,234 @@
-//! MTL text, checked and rewritten as OBJ text is.
+//! MTL text to what it says of each material.
 //!
-//! `tobj` drops a whole MTL file for one bad line, panics on a `Kd` of one number, and takes the
-//! options of `map_Kd` for part of the file name. The plain text has only `newmtl`, `Kd` with three
-//! numbers, and `map_Kd` with the name of a file below the OBJ file's folder.
+//! A wrong line costs that line, with a warning; what is not read is warned of once for each kind.
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
 
 use crate::obj::error::LineError;
 use crate::obj::file::read_text;
 use crate::obj::limits::{MAX_LIBRARIES, MAX_MATERIALS, MAX_MTL_BYTES};
-use crate::obj::lines::{finite, split_word, statements, words};
-use crate::obj::paths::{beside, inside, is_rooted, unquoted};
+use crate::obj::lines::{finite, is_map, split_word, statements, without_comment, words};
+use crate::obj::map_options::readings;
+use crate::obj::notes::{Note, Notes};
+use crate::obj::paths::{Finder, is_name};
 use crate::obj::warning::{Warning, Warnings};
 
-/// The plain text of all MTL files that the OBJ file `obj` names in its `mtllib` lines.
-pub(super) fn rewrite(obj: &Path, libraries: &[String], warnings: &mut Warnings) -> String {
-    let mut seen = HashSet::new();
-    let names = libraries.iter().flat_map(|line| library_names(obj, line));
-    let files = names.filter(|file| seen.insert(file.clone())).take(MAX_LIBRARIES);
-
-    let mut rewriter = Rewriter::default();
-    let mut bytes_left = MAX_MTL_BYTES;
-    for file in files {
-        let path = beside(obj, &file);
-        match read_text(&path, bytes_left) {
-            Ok(text) => {
-                bytes_left = bytes_left.saturating_sub(text.len() as u64);
-                rewriter.file(&path, &file, &text, warnings);
-            }
-            Err(source) => warnings.add(Warning::MaterialFile { path, source }),
-        }
-    }
-    rewriter.text
+/// What an MTL file says of a material.
+#[derive(Default)]
+pub(super) struct Entry {
+    pub(super) name: String,
+    /// `Kd`.
+    pub(super) diffuse: Option<Vec3>,
+    /// `d`.
+    pub(super) dissolve: Option<f32>,
+    /// `Tr`.
+    pub(super) transparency: Option<f32>,
+    /// What follows `map_Kd`, `map_Ka` and `map_d`: options and a name.
+    pub(super) maps: [Option<String>; 3],
+    /// The folder of the file, from that of the OBJ file.
+    pub(super) folder: String,
 }
 
-/// The files that an `mtllib` line names: one file with spaces in its name if there is such a file,
-/// else one for each word.
-fn library_names(obj: &Path, line: &str) -> Vec<String> {
-    let whole = inside(line);
-    if beside(obj, &whole).is_file() {
-        vec![whole]
-    } else {
-        line.split_whitespace().map(inside).collect()
+/// The maps that are read, in the order of [`Entry::maps`].
+pub(super) const MAPS: [&str; 3] = ["map_Kd", "map_Ka", "map_d"];
+
+/// Reads all MTL files that the OBJ file `obj` names in `mtllib` lines, or the one of its own name.
+pub(super) fn read(
+    obj: &Path,
+    libraries: &[(usize, String)],
+    finder: &mut Finder,
+    warnings: &mut Warnings,
+) -> Vec<Entry> {
+    let mut reader = Reader::default();
+    let mut seen = HashSet::new();
+    let mut missing = Vec::new();
+    for (_, line) in libraries {
+        let found = files_of(line, finder);
+        missing.extend(found.1);
+        for (path, folder) in found.0 {
+            if seen.len() < MAX_LIBRARIES && seen.insert(path.clone()) {
+                reader.file(&path, folder, warnings);
+            }
+        }
     }
+    // Beside a model that was renamed lies a material file that was renamed with it.
+    let own = obj.with_extension("mtl").file_name().and_then(|name| name.to_str().map(own_name));
+    let mut instead = None;
+    if seen.is_empty()
+        && let Some(Ok(path)) = own.and_then(|name| finder.find("", &name))
+    {
+        reader.file(&path, String::new(), warnings);
+        instead = Some(path);
+    }
+    for path in missing {
+        let source = io::ErrorKind::NotFound;
+        let source = match std::fs::metadata(&path) {
+            Err(source) => source,
+            Ok(_) => io::Error::new(source, "it is not a regular file"),
+        };
+        warnings.add(Warning::MaterialFile { path, source, instead: instead.clone() });
+    }
+    reader.entries
+}
+
+/// The name of a file that is to be taken as it stands.
+fn own_name(name: &str) -> String {
+    name.replace('%', "%25")
+}
+
+/// The files of an `mtllib` line with their folders, and one path that was looked for in vain: one file
+/// with spaces in its name if there is such a file, else one for each word.
+fn files_of(line: &str, finder: &mut Finder) -> (Vec<(PathBuf, String)>, Option<PathBuf>) {
+    let folder_of = |name: &str| {
+        let name = name.replace('\\', "/");
+        name.rsplit_once('/').map_or(String::new(), |(folder, _)| folder.to_owned())
+    };
+    let missing = match finder.find("", line) {
+        Some(Ok(path)) => return (vec![(path, folder_of(line))], None),
+        Some(Err(missing)) => Some(missing),
+        None => None,
+    };
+    let plain = without_comment(line).unwrap_or(line);
+    let mut first_missing = None;
+    let mut files = Vec::new();
+    let mut count = 0;
+    for name in plain.split_ascii_whitespace() {
+        count += 1;
+        match finder.find("", name) {
+            Some(Ok(path)) => files.push((path, folder_of(name))),
+            Some(Err(path)) => first_missing = first_missing.or(Some(path)),
+            None => {}
+        }
+    }
+    // Of a name with spaces the whole is missing, not each word.
+    let missing = if files.is_empty() && count > 1 { missing } else { first_missing };
+    (files, missing)
 }
 
 #[derive(Default)]
-struct Rewriter {
-    text: String,
-    /// How many materials there are so far, in all files.
-    count: usize,
+struct Reader {
+    entries: Vec<Entry>,
+    /// How many bytes of all files were read.
+    bytes: u64,
     /// Whether the lines to come belong to a material.
     in_material: bool,
+    notes: Notes,
 }
 
-impl Rewriter {
-    /// Adds the text of a file whose path from the OBJ file's folder is `file`.
-    fn file(&mut self, path: &Path, file: &str, text: &str, warnings: &mut Warnings) {
-        let folder = file.rsplit_once('/').map_or("", |(folder, _)| folder);
+impl Reader {
+    /// Adds the materials of a file.
+    fn file(&mut self, path: &Path, folder: String, warnings: &mut Warnings) {
+        let text = match read_text(path, MAX_MTL_BYTES.saturating_sub(self.bytes)) {
+            Ok(text) => text,
+            Err(source) => {
+                let path = path.to_owned();
+                return warnings.add(Warning::MaterialFile { path, source, instead: None });
+            }
+        };
+        self.bytes = self.bytes.saturating_add(text.len() as u64);
         self.in_material = false;
-        for (line, statement) in statements(text) {
+        for (line, statement) in statements(&text) {
             let (keyword, rest) = split_word(&statement);
-            if let Err(cause) = self.statement(folder, keyword, rest) {
+            if let Err(cause) = self.statement(&folder, line, keyword, rest) {
                 warnings.add(Warning::MaterialLine { path: path.to_owned(), line, cause });
             }
         }
+        warnings.add_notes(path, std::mem::take(&mut self.notes));
     }
 
-    fn statement(&mut self, folder: &str, keyword: &str, rest: &str) -> Result<(), LineError> {
+    fn statement(
+        &mut self,
+        folder: &str,
+        line: usize,
+        keyword: &str,
+        rest: &str,
+    ) -> Result<(), LineError> {
         if keyword.eq_ignore_ascii_case("newmtl") {
-            self.material(rest)
-        } else if self.in_material && keyword.eq_ignore_ascii_case("Kd") {
-            self.diffuse(rest)
-        } else if self.in_material && keyword.eq_ignore_ascii_case("map_Kd") {
-            self.texture(folder, rest)
-        } else {
-            Ok(())
+            return self.material(folder, rest);
         }
+        let Some(entry) = self.entries.last_mut().filter(|_| self.in_material) else {
+            return Ok(());
+        };
+        let is = |word: &str| keyword.eq_ignore_ascii_case(word);
+        if is("Kd") {
+            entry.diffuse = Some(colour(rest)?);
+        } else if is("d") {
+            entry.dissolve = fraction(rest)?;
+        } else if is("Tr") {
+            entry.transparency = fraction(rest)?;
+        } else if let Some(map) = MAPS.iter().position(|map| is(map)) {
+            if !readings(rest).iter().any(|(name, _)| is_name(name)) {
+                return Err(LineError::NoName { keyword: MAPS[map] });
+            }
+            entry.maps[map] = Some(rest.to_owned());
+        } else if let Some(what) = unused(keyword, rest) {
+            self.notes.add(Note::Unused(what), line);
+        }
+        Ok(())
     }
 
-    fn material(&mut self, name: &str) -> Result<(), LineError> {
+    fn material(&mut self, folder: &str, name: &str) -> Result<(), LineError> {
         self.in_material = false;
         if name.is_empty() {
             return Err(LineError::NoName { keyword: "newmtl" });
         }
-        if self.count == MAX_MATERIALS {
+        if self.entries.len() == MAX_MATERIALS {
             return Err(LineError::TooMany { what: "materials", limit: MAX_MATERIALS as u64 });
         }
         self.in_material = true;
-        self.count += 1;
-        self.text.extend(["newmtl ", name, "\n"]);
-        Ok(())
-    }
-
-    fn diffuse(&mut self, rest: &str) -> Result<(), LineError> {
-        let what = "colour";
-        for word in words(rest).take(3) {
-            finite(what, word)?;
-        }
-        let mut words = words(rest);
-        let [r, g, b] = match [words.next(), words.next(), words.next()] {
-            [Some(r), Some(g), Some(b)] => [r, g, b],
-            // The format says that one number stands for all three.
-            [Some(grey), None, None] => [grey, grey, grey],
-            given => {
-                let found = given.iter().flatten().count();
-                return Err(LineError::TooFewNumbers { what, needed: 3, found });
-            }
-        };
-        self.text.extend(["Kd ", r, " ", g, " ", b, "\n"]);
-        Ok(())
-    }
-
-    fn texture(&mut self, folder: &str, rest: &str) -> Result<(), LineError> {
-        let name = unquoted(without_options(rest));
-        let file = if folder.is_empty() || is_rooted(name) {
-            inside(name)
-        } else {
-            inside(&format!("{folder}/{name}"))
-        };
-        if name.is_empty() || file.is_empty() {
-            return Err(LineError::NoName { keyword: "map_Kd" });
-        }
-        self.text.extend(["map_Kd ", &file, "\n"]);
+        let (name, folder) = (name.to_owned(), folder.to_owned());
+        self.entries.push(Entry { name, folder, ..Entry::default() });
         Ok(())
     }
 }
 
-/// The file name, spaces and all, after the options of a texture map.
-fn without_options(mut text: &str) -> &str {
-    loop {
-        let (option, mut rest) = split_word(text);
-        let (least, most) = match option {
-            "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-clamp" | "-imfchan"
-            | "-texres" | "-type" => (1, 1),
-            "-mm" => (2, 2),
-            // One number for each direction that matters.
-            "-o" | "-s" | "-t" => (1, 3),
-            _ => return text,
-        };
-        for i in 0..most {
-            let (argument, after) = split_word(rest);
-            let goes_on = i < least || argument.parse::<f32>().is_ok() && !after.is_empty();
-            if !goes_on {
-                break;
-            }
-            rest = after;
+/// What a statement is about that is not read, if it can make a difference to the picture.
+///
+/// The numbers of the lighting model, such as `Ka`, `Ks`, `Ns` and `illum`, are in every file; diffuse light
+/// alone is drawn, which the module's documentation says.
+fn unused(keyword: &str, rest: &str) -> Option<&'static str> {
+    let is = |word: &str| keyword.eq_ignore_ascii_case(word);
+    let is_zero = || words(rest).all(|word| word.parse() == Ok(0.0));
+    Some(match keyword {
+        _ if is("map_Ks") || is("map_Ns") => "pictures of highlights (map_Ks, map_Ns)",
+        _ if is("map_bump") || is("bump") || is("norm") || is("map_Kn") => {
+            "pictures of bumps and normals (map_Bump, bump, norm)"
         }
-        text = rest;
+        _ if is("disp") || is("map_disp") || is("decal") || is("map_decal") => {
+            "pictures of displacements and decals (disp, decal)"
+        }
+        _ if is("refl") || is("map_refl") => "pictures of reflections (refl)",
+        _ if is("map_Ke") => "pictures of emitted light (map_Ke)",
+        _ if is("Ke") && !is_zero() => "colours of emitted light (Ke)",
+        _ if is("map_Tr") || is("map_aat") => "statements map_Tr and map_aat",
+        _ if is_map(keyword) => "pictures of other properties (map_Pr, map_Pm and others)",
+        _ => return None,
+    })
+}
+
+fn colour(rest: &str) -> Result<Vec3, LineError> {
+    let what = "colour";
+    let mut numbers = [0.0; 3];
+    let mut found = 0;
+    for word in words(rest).take(3) {
+        numbers[found] = finite(what, word)? as f32;
+        found += 1;
     }
+    match found {
+        3 => Ok(Vec3::from_array(numbers)),
+        // The format says that one number stands for all three.
+        1 => Ok(Vec3::splat(numbers[0])),
+        _ => Err(LineError::TooFewNumbers { what, needed: 3, found }),
+    }
+}
+
+/// A number from 0 to 1, perhaps after `-halo`; `None` if there is none.
+fn fraction(rest: &str) -> Result<Option<f32>, LineError> {
+    let word = words(rest).find(|word| !word.eq_ignore_ascii_case("-halo"));
+    let number = word.map(|word| finite("transparency", word)).transpose()?;
+    Ok(number.map(|number| (number as f32).clamp(0.0, 1.0)))
 }

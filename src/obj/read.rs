@@ -1,99 +1,154 @@
 //! The steps from an OBJ file to a model.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
-use crate::model::Model;
-use crate::model::corners::Corners;
+use crate::model::corners::{Corners, origin};
+use crate::model::{Material, Model};
 use crate::obj::error::ObjError;
-use crate::obj::file::read_text;
+use crate::obj::file::{decode, read_text};
+use crate::obj::geometry::{self, Geometry, NONE};
 use crate::obj::limits::MAX_OBJ_BYTES;
-use crate::obj::plain::{self, Plain};
+use crate::obj::lines::without_comment;
+use crate::obj::paths::Finder;
 use crate::obj::warning::{Warning, Warnings};
 use crate::obj::{materials, mtl};
 
-/// Reads an OBJ file and the files that it refers to. The crease angle is in radians, from 0 to pi.
-pub(super) fn read(path: &Path, crease_angle: f32) -> Result<(Model, Vec<Warning>), ObjError> {
-    let mut warnings = Warnings::default();
-    let plain = read_plain(path)?;
-    let library = mtl::rewrite(path, &plain.libraries, &mut warnings);
-    // Should `tobj` refuse the materials after all, the model is loaded without: each that a face
-    // names is then unknown, with a warning.
-    let (named, ids) = tobj::load_mtl_buf(&mut library.as_bytes()).unwrap_or_default();
-    for (line, name) in plain.materials() {
-        if !ids.contains_key(name) {
-            let (path, name) = (path.to_owned(), name.to_owned());
-            warnings.add(Warning::UnknownMaterial { path, line, name });
-        }
-    }
-    let options = tobj::LoadOptions::default();
-    // For the faces `tobj` needs no more of the materials than their ids.
-    let (meshes, _) = tobj::load_obj_buf(&mut plain.into_text().as_bytes(), &options, |_| {
-        Ok((Vec::new(), ids.clone()))
-    })
-    .map_err(|source| ObjError::Parser { path: path.to_owned(), source })?;
-
-    let (materials, textures) = materials::open(path, named, &mut warnings);
-    let corners = collect(meshes, materials.len());
-    let model = Model::from_corners(corners, crease_angle, materials, textures);
-    Ok((model, warnings.into_list()))
+/// Reads an OBJ file and the files that it refers to, which lie below its folder or below `root`. The crease
+/// angle is in radians, from 0 to pi.
+pub(super) fn read(
+    path: &Path,
+    crease_angle: f32,
+    root: Option<&Path>,
+) -> Result<(Model, Vec<Warning>), ObjError> {
+    let unreadable = |source| ObjError::Read { path: path.to_owned(), source };
+    from_text(path, read_text(path, MAX_OBJ_BYTES).map_err(unreadable)?, crease_angle, root)
 }
 
-/// The text of the OBJ file in plain form, which has faces.
-fn read_plain(path: &Path) -> Result<Plain, ObjError> {
-    let text = read_text(path, MAX_OBJ_BYTES)
-        .map_err(|source| ObjError::Read { path: path.to_owned(), source })?;
-    let plain = plain::rewrite(&text).map_err(|(line, cause)| ObjError::Line {
+/// Reads the bytes of an OBJ file, and the files that it refers to beside `path`.
+pub(super) fn read_bytes(
+    bytes: Vec<u8>,
+    path: &Path,
+    crease_angle: f32,
+    root: Option<&Path>,
+) -> Result<(Model, Vec<Warning>), ObjError> {
+    from_text(path, decode(bytes), crease_angle, root)
+}
+
+fn from_text(
+    path: &Path,
+    text: String,
+    crease_angle: f32,
+    root: Option<&Path>,
+) -> Result<(Model, Vec<Warning>), ObjError> {
+    let mut warnings = Warnings::default();
+    let mut geometry = geometry::parse(&text).map_err(|(line, cause)| ObjError::Line {
         path: path.to_owned(),
         line,
         cause,
     })?;
-    if plain.has_faces() { Ok(plain) } else { Err(ObjError::NoFaces { path: path.to_owned() }) }
+    drop(text);
+    warnings.add_notes(path, std::mem::take(&mut geometry.notes));
+    if geometry.faces.is_empty() {
+        return Err(ObjError::NoFaces { path: path.to_owned() });
+    }
+
+    let mut finder = Finder::new(path, root);
+    let is_plain = geometry.materials.len() == 1 && geometry.libraries.is_empty();
+    let entries = if is_plain {
+        Vec::new()
+    } else {
+        mtl::read(path, &geometry.libraries, &mut finder, &mut warnings)
+    };
+    let has_colors = !geometry.colors.is_empty();
+    let (materials, textures) = materials::open(entries, has_colors, &mut finder, &mut warnings);
+    let material_of = link(path, &geometry, &materials, &mut warnings);
+    let corners = collect(&geometry, &material_of, materials.len());
+    drop(geometry);
+    let model = Model::from_corners(corners, crease_angle, materials, textures);
+    Ok((model, warnings.into_list()))
 }
 
-/// The face corners of all meshes, material by material.
-fn collect(models: Vec<tobj::Model>, material_count: usize) -> Corners {
-    let mut meshes: Vec<tobj::Mesh> = models.into_iter().map(|model| model.mesh).collect();
-    meshes.sort_by_key(material_of);
+/// The index of the material that each name in the OBJ file stands for; 0, the default one, for those that
+/// no MTL file defines.
+fn link(
+    path: &Path,
+    geometry: &Geometry,
+    materials: &[Material],
+    warnings: &mut Warnings,
+) -> Vec<usize> {
+    let named = || materials.iter().enumerate().skip(1);
+    let by_name: HashMap<&str, usize> = named().map(|(i, m)| (m.name.as_str(), i)).collect();
+    // What follows ` #` is a comment where the whole is no name.
+    let plain = named().filter_map(|(i, m)| Some((without_comment(&m.name)?, i)));
+    let by_plain_name: HashMap<&str, usize> = plain.collect();
 
-    let mut corners = Corners::default();
-    let mut meshes = meshes.into_iter().peekable();
+    let mut is_used = vec![false; geometry.materials.len()];
+    for face in &geometry.faces {
+        is_used[face.material as usize] = true;
+    }
+    let mut linked = Vec::with_capacity(geometry.materials.len());
+    for ((line, name), is_used) in geometry.materials.iter().zip(is_used) {
+        let plain = without_comment(name).unwrap_or(name);
+        let tables = [by_name.get(name.as_str()), by_name.get(plain), by_plain_name.get(plain)];
+        let index = tables.into_iter().flatten().next().copied();
+        if index.is_none() && is_used && !name.is_empty() {
+            let (path, name) = (path.to_owned(), plain.to_owned());
+            warnings.add(Warning::UnknownMaterial { path, line: *line, name });
+        }
+        linked.push(index.unwrap_or(0));
+    }
+    linked
+}
+
+/// The face corners, material by material.
+fn collect(geometry: &Geometry, material_of: &[usize], material_count: usize) -> Corners {
+    let Geometry { positions, colors, uvs, normals, corners: all, faces, .. } = geometry;
+    let used = all.iter().map(|corner| positions[corner[0] as usize]);
+    let mut corners = Corners::around(origin(used));
+    corners.reserve(all.len(), faces.len());
+    let mut point_of = vec![NONE; positions.len()];
+    let has_colors = !colors.is_empty();
+
+    let mut add = |corners: &mut Corners, face: usize| {
+        let start = if face == 0 { 0 } else { faces[face - 1].end as usize };
+        for &[position, uv, normal] in &all[start..faces[face].end as usize] {
+            let point = &mut point_of[position as usize];
+            if *point == NONE {
+                *point = corners.point_at(positions[position as usize]);
+            }
+            // Where there is none, `NONE` is beyond the end of the list.
+            let uv = uvs.get(uv as usize).copied().unwrap_or(Vec2::NAN);
+            let normal = normals.get(normal as usize).copied().unwrap_or(Vec3::ZERO);
+            corners.push(*point, uv, normal);
+            if has_colors {
+                corners.color(colors.of(position));
+            }
+        }
+        corners.end_face(faces[face].smoothing);
+    };
+    // Sorted by counting, which keeps the order of the file.
+    let mut starts = vec![0; material_count + 1];
+    for face in faces {
+        starts[material_of[face.material as usize] + 1] += 1;
+    }
+    for i in 0..material_count {
+        starts[i + 1] += starts[i];
+    }
+    let mut places = starts.clone();
+    let mut order = vec![0; faces.len()];
+    for (i, face) in (0_u32..).zip(faces) {
+        let place = &mut places[material_of[face.material as usize]];
+        order[*place] = i;
+        *place += 1;
+    }
     for material in 0..material_count {
-        while let Some(mesh) = meshes.next_if(|mesh| material_of(mesh) == material) {
-            append(&mut corners, &mesh);
+        for &face in &order[starts[material]..starts[material + 1]] {
+            add(&mut corners, face as usize);
         }
         corners.end_material();
     }
-    debug_assert!(meshes.next().is_none(), "a mesh of a material that does not exist");
     corners
-}
-
-/// The index of a mesh's material in [`Model::materials`], where the default comes first.
-fn material_of(mesh: &tobj::Mesh) -> usize {
-    mesh.material_id.map_or(0, |id| id + 1)
-}
-
-/// Adds the faces of a mesh in plain form, in which every corner has all three indices.
-fn append(corners: &mut Corners, mesh: &tobj::Mesh) {
-    let points: Vec<u32> = triples(&mesh.positions).map(|p| corners.point_at(p)).collect();
-    let normals: Vec<Vec3> = triples(&mesh.normals).collect();
-    let uvs: Vec<Vec2> = mesh.texcoords.chunks_exact(2).map(Vec2::from_slice).collect();
-
-    // `tobj` leaves the numbers of sides out where all faces are triangles.
-    let sides = &mesh.face_arities;
-    let face_count = if sides.is_empty() { mesh.indices.len() / 3 } else { sides.len() };
-    corners.reserve(mesh.indices.len(), face_count);
-    let mut indices = mesh.indices.iter().zip(&mesh.texcoord_indices).zip(&mesh.normal_indices);
-    for face in 0..face_count {
-        let sides = sides.get(face).map_or(3, |&sides| sides as usize);
-        for ((&point, &uv), &normal) in indices.by_ref().take(sides) {
-            corners.push(points[point as usize], uvs[uv as usize], normals[normal as usize]);
-        }
-        corners.end_face();
-    }
-}
-
-fn triples(numbers: &[f32]) -> impl Iterator<Item = Vec3> {
-    numbers.chunks_exact(3).map(Vec3::from_slice)
 }

@@ -38,3 +38,9 @@ mod house;
 mod api;
 #[cfg(feature = "obj")]
 mod obj;
+#[cfg(feature = "obj")]
+mod other_files;
+#[cfg(all(feature = "obj", feature = "stl", feature = "ply", feature = "gltf"))]
+mod formats;
+#[cfg(feature = "obj")]
+mod examples;

@@ -243,7 +243,7 @@ fn a_reduced_picture_has_the_means_of_its_blocks() {
     assert_eq!(half.color(), [3.0, 5.0, 13.0, 15.0]);
     assert_eq!(half.depth(), [0.25, 1.0, 1.0, 1.0]);
     assert_eq!(frame.downsampled(0).expect("as it is"), frame);
-    assert_eq!(frame.downsampled(9).expect("nothing left").color(), []);
+    assert_eq!(frame.downsampled(9).expect("nothing left").color(), [0.0_f32; 0]);
 }
 
 #[cfg(feature = "image")]

@@ -1,0 +1,110 @@
+//! Pictures of 3D models: `polyscan model.glb -o picture.png`.
+//!
+//! What flows in are the options (`options`), which are checked before anything is read; then the models, each
+//! of which is loaded and drawn (`job`): seen by a camera (`view`), drawn (`draw`) to a picture of colours or
+//! of numbers, and written whole or not at all (`output`).
+//!
+//! The exit code is 0 if all pictures are written, 1 if one is not, and 2 if the options are wrong.
+
+use std::io::{IsTerminal as _, Write as _};
+use std::process::ExitCode;
+
+use clap::{CommandFactory as _, Parser as _};
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+mod options;
+mod view;
+mod draw;
+mod output;
+mod job;
+
+use job::Job;
+use options::Options;
+
+/// The exit code for options that are wrong, that of `clap`.
+const USAGE: u8 = 2;
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    if let Some(code) = print_about(&options) {
+        return code;
+    }
+    let jobs = match options.check().and_then(|()| Job::all(&options)) {
+        Ok(jobs) => jobs,
+        Err(sentence) => {
+            eprintln!("error: {sentence}");
+            return ExitCode::from(USAGE);
+        }
+    };
+    let bar = progress(&options, &jobs);
+    let run = |job: &Job| {
+        let is_done = run(job, &options, &bar);
+        if jobs.len() > 1 {
+            bar.inc(1);
+        }
+        is_done
+    };
+    let done: Vec<bool> = if jobs.len() > 1 {
+        jobs.par_iter().map(run).collect()
+    } else {
+        jobs.iter().map(run).collect()
+    };
+    bar.finish_and_clear();
+    if done.iter().all(|&done| done) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Prints what is asked for about the tool itself.
+fn print_about(options: &Options) -> Option<ExitCode> {
+    let mut text = Vec::new();
+    if let Some(shell) = options.completions {
+        clap_complete::generate(shell, &mut Options::command(), "polyscan", &mut text);
+    } else if options.man {
+        let page = clap_mangen::Man::new(Options::command()).render(&mut text);
+        page.expect("a vector takes all that is written");
+    } else {
+        return None;
+    }
+    Some(match std::io::stdout().write_all(&text) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::FAILURE,
+    })
+}
+
+/// A bar on a terminal for what takes its time, and nothing elsewhere.
+fn progress(options: &Options, jobs: &[Job]) -> ProgressBar {
+    let length = if jobs.len() > 1 { jobs.len() } else { options.turntable.map_or(0, usize::from) };
+    if length == 0 || options.quiet || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(length as u64);
+    match ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+/// Draws one picture; says on one line what came of it, and whether it was written.
+fn run(job: &Job, options: &Options, bar: &ProgressBar) -> bool {
+    let result = job.run(options, bar);
+    bar.suspend(|| match (&result, options.json) {
+        (_, true) => say(&job.json(&result)),
+        (Ok(report), false) => {
+            if !options.quiet {
+                for warning in &report.warnings {
+                    eprintln!("warning: {warning}");
+                }
+                if !job.is_to_stdout() {
+                    say(&report.line(job));
+                }
+            }
+        }
+        (Err(sentence), false) => eprintln!("error: {sentence}"),
+    });
+    result.is_ok()
+}
+
+/// A line on the standard output. If nobody reads it, the picture is written all the same.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}

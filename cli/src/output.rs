@@ -1,0 +1,110 @@
+//! PNG files, whole or not at all.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
+use tempfile::NamedTempFile;
+
+/// A picture to write.
+pub(crate) struct Picture {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) pixels: Pixels,
+}
+
+/// The pixels of a picture, row by row from the top.
+pub(crate) enum Pixels {
+    /// Colours in sRGB with alpha, of one picture, or of several that follow each other.
+    Colors(Vec<Vec<u8>>),
+    /// Numbers in three channels of 8 bits.
+    Numbers(Vec<u8>),
+    /// Numbers in one channel of 16 bits.
+    Depths(Vec<u16>),
+}
+
+/// Writes a picture to a file, or to the standard output if the name is `-`.
+pub(crate) fn write(picture: &Picture, path: &Path) -> Result<(), String> {
+    if is_stdout(path) {
+        let mut bytes = Vec::new();
+        encode(picture, &mut bytes).map_err(|error| format!("cannot make the picture: {error}"))?;
+        let mut out = io::stdout().lock();
+        let written = out.write_all(&bytes).and_then(|()| out.flush());
+        return written.map_err(|error| format!("cannot write to the standard output: {error}"));
+    }
+    save(path, |file| encode(picture, file).map_err(io::Error::other))
+}
+
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Writes a file that gets its name when it is whole.
+fn save(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<(), String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let saved = || {
+        let mut file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+        let mut buffer = BufWriter::new(file.as_file_mut());
+        write(&mut buffer)?;
+        buffer.flush()?;
+        drop(buffer);
+        readable(&file)?;
+        file.persist(path).map_err(|error| error.error)?;
+        Ok(())
+    };
+    saved().map_err(|error: io::Error| format!("cannot write {}: {error}", path.display()))
+}
+
+/// Temporary files are for their owner alone; pictures are like other files.
+#[cfg(unix)]
+fn readable(file: &NamedTempFile) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn readable(_: &NamedTempFile) -> io::Result<()> {
+    Ok(())
+}
+
+fn encode(picture: &Picture, out: impl Write) -> Result<(), png::EncodingError> {
+    let mut encoder = Encoder::new(out, picture.width, picture.height);
+    // Drawing takes less time than packing well would.
+    encoder.set_compression(Compression::Fast);
+    match &picture.pixels {
+        Pixels::Colors(frames) => {
+            encoder.set_color(ColorType::Rgba);
+            encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+            if frames.len() > 1 {
+                let count = frames.len() as u32;
+                // Again and again; the whole turn in four seconds.
+                encoder.set_animated(count, 0)?;
+                encoder.set_frame_delay(4, count as u16)?;
+            }
+            let mut writer = encoder.write_header()?;
+            for frame in frames {
+                writer.write_image_data(frame)?;
+            }
+            writer.finish()
+        }
+        Pixels::Numbers(bytes) => {
+            encoder.set_color(ColorType::Rgb);
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(bytes)?;
+            writer.finish()
+        }
+        Pixels::Depths(depths) => {
+            encoder.set_color(ColorType::Grayscale);
+            encoder.set_depth(BitDepth::Sixteen);
+            let mut writer = encoder.write_header()?;
+            let bytes: Vec<u8> = depths.iter().flat_map(|depth| depth.to_be_bytes()).collect();
+            writer.write_image_data(&bytes)?;
+            writer.finish()
+        }
+    }
+}

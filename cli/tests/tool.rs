@@ -1,0 +1,280 @@
+//! The tool as people run it: exit codes, what it says, what it writes, and what it leaves behind.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+use tempfile::TempDir;
+
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().expect("a folder"));
+        folder.write("cube.obj", cube().as_bytes());
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) {
+        fs::write(self.path(name), bytes).expect("a file");
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let tool = env!("CARGO_BIN_EXE_polyscan");
+        Command::new(tool).current_dir(self.0.path()).args(args).output().expect("the tool runs")
+    }
+
+    /// Runs it; it succeeds and says nothing but what is expected.
+    fn draw(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        let said = String::from_utf8(output.stderr).expect("text");
+        assert!(output.status.success() && said.is_empty(), "{args:?}: {said}");
+        String::from_utf8(output.stdout).expect("text")
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).expect("a folder");
+        let name = |entry: fs::DirEntry| entry.file_name().into_string().expect("text");
+        let mut names: Vec<String> = entries.flatten().map(name).collect();
+        names.sort();
+        names
+    }
+
+    fn picture(&self, name: &str) -> Picture {
+        decode(&fs::read(self.path(name)).expect("a picture"))
+    }
+}
+
+struct Picture {
+    size: (u32, u32),
+    channels: usize,
+    bytes: Vec<u8>,
+    frames: u32,
+}
+
+impl Picture {
+    fn at(&self, x: u32, y: u32) -> &[u8] {
+        let start = (y * self.size.0 + x) as usize * self.channels;
+        &self.bytes[start..start + self.channels]
+    }
+}
+
+fn decode(bytes: &[u8]) -> Picture {
+    let mut reader =
+        png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG file");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+    let frame = reader.next_frame(&mut pixels).expect("pixels");
+    let frames = reader.info().animation_control().map_or(1, |control| control.num_frames);
+    let channels = frame.line_size / frame.width as usize;
+    Picture { size: (frame.width, frame.height), channels, bytes: pixels, frames }
+}
+
+/// The unit cube: faces 1 to 6 are back, front, below, right, above, left.
+fn cube() -> String {
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
+        .into()
+}
+
+#[test]
+fn a_model_becomes_a_picture() {
+    let folder = Folder::new();
+    let said = folder.draw(&["cube.obj", "-o", "a.png", "-s", "64x48"]);
+    assert!(said.starts_with("wrote a.png: 6 faces, 64 x 48 pixels"), "{said}");
+    assert_eq!(folder.names(), ["a.png", "cube.obj"]);
+    let picture = folder.picture("a.png");
+    assert_eq!((picture.size, picture.channels), ((64, 48), 4));
+    // Transparent at the corner, opaque grey in the middle.
+    assert_eq!(picture.at(0, 0)[3], 0);
+    let middle = picture.at(32, 24);
+    assert!(middle[3] == 255 && middle[0] == middle[1] && middle[0] > 60, "{middle:?}");
+    folder.draw(&["cube.obj", "-o", "b.png", "-s", "64x48", "-b", "ffcc00"]);
+    assert_eq!(folder.picture("b.png").at(0, 0), [255, 204, 0, 255]);
+}
+
+#[test]
+fn ids_depth_and_normals_are_numbers() {
+    let folder = Folder::new();
+    let front = ["cube.obj", "-s", "33", "--yaw", "0", "--pitch", "0", "-o", "a.png"];
+    let args = |more: &[&'static str]| [&front[..], more].concat();
+    folder.draw(&args(&["--ids"]));
+    let picture = folder.picture("a.png");
+    assert_eq!((picture.at(16, 16), picture.at(0, 0)), (&[2, 0, 0][..], &[0, 0, 0][..]));
+    // Seen from the right, and from above with z up.
+    folder.draw(&["cube.obj", "-s", "33", "--yaw", "90", "--pitch", "0", "-o", "a.png", "--ids"]);
+    assert_eq!(folder.picture("a.png").at(16, 16), [4, 0, 0]);
+    folder.draw(&args(&["--ids", "--up", "z"]));
+    assert_eq!(folder.picture("a.png").at(16, 16), [3, 0, 0]);
+    folder.draw(&args(&["--normals"]));
+    assert_eq!(folder.picture("a.png").at(16, 16), [128, 128, 255]);
+
+    // The front is 1 nearer than the back; both are flat.
+    let said = folder.draw(&args(&["--depth", "--json"]));
+    let json: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let picture = folder.picture("a.png");
+    assert_eq!((picture.at(16, 16), picture.at(0, 0)), (&[0, 1][..], &[0, 0][..]));
+    assert_eq!(json["faces"], 6);
+    assert_eq!(json["bounds"], serde_json::json!([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]));
+}
+
+/// The camera of OpenCV at (0.5, 0.5, 3), looking at the front of the cube: a corner of the front, at
+/// distance 2 and 0.5 to the side, is at cx + fx / 4 = 32 + 16 pixels.
+#[test]
+fn opencv_cameras_see_what_opencv_says() {
+    let folder = Folder::new();
+    let pose = "1,0,0,-0.5, 0,-1,0,0.5, 0,0,-1,3";
+    let args = ["cube.obj", "-s", "64", "--ids", "-o", "a.png", "--intrinsics", "64,64,31.5,31.5"];
+    folder.draw(&[&args[..], &["--pose", pose]].concat());
+    let picture = folder.picture("a.png");
+    let row: Vec<u8> = (0..64).map(|x| picture.at(x, 32)[0]).collect();
+    let first = row.iter().position(|&id| id == 2).expect("the front");
+    let count = row.iter().filter(|&&id| id == 2).count();
+    assert_eq!((first, count), (16, 32));
+    // The same by a matrix: w = 3 - z, x and y so that 0.5 at distance 2 is half of the way.
+    let matrix = "2 0 0 -1  0 2 0 -1  0 0 -1.1 2.2  0 0 -1 3";
+    folder.draw(&["cube.obj", "-s", "64", "--ids", "-o", "b.png", "--matrix", matrix]);
+    let other = folder.picture("b.png");
+    assert_eq!(other.bytes, picture.bytes);
+}
+
+#[test]
+fn sheets_and_turntables_are_made() {
+    let folder = Folder::new();
+    folder.draw(&["cube.obj", "-o", "a.png", "-s", "32", "--views", "6", "--ids"]);
+    let sheet = folder.picture("a.png");
+    assert_eq!(sheet.size, (96, 64));
+    let middles: Vec<u8> = (0..6).map(|i| sheet.at(i % 3 * 32 + 16, i / 3 * 32 + 16)[0]).collect();
+    // Front, right, back, left, above, below.
+    assert_eq!(middles, [2, 4, 1, 6, 5, 3]);
+    folder.draw(&["cube.obj", "-o", "b.png", "-s", "32", "--turntable", "5"]);
+    assert_eq!(folder.picture("b.png").frames, 5);
+}
+
+#[test]
+fn lines_are_dark() {
+    let folder = Folder::new();
+    let front = ["cube.obj", "-s", "33", "--yaw", "0", "--pitch", "0", "-o", "a.png"];
+    folder.draw(&front);
+    let plain = folder.picture("a.png");
+    for option in ["--wireframe", "--edges"] {
+        folder.draw(&[&front[..], &[option]].concat());
+        let lines = folder.picture("a.png");
+        assert_eq!(lines.at(16, 16), plain.at(16, 16));
+        let darker = (0..33).filter(|&x| lines.at(x, 16)[0] < plain.at(x, 16)[0]).count();
+        assert!((1..=6).contains(&darker), "{option}: {darker}");
+    }
+}
+
+/// A picture drawn row by row is that drawn at once.
+#[test]
+fn large_pictures_are_streamed() {
+    let folder = Folder::new();
+    folder.draw(&["cube.obj", "-s", "9000x1000", "--samples", "3", "-o", "a.png"]);
+    folder.draw(&["cube.obj", "-s", "9000x800", "--samples", "3", "-o", "b.png"]);
+    let (streamed, whole) = (folder.picture("a.png"), folder.picture("b.png"));
+    assert_eq!((streamed.size, whole.size), ((9000, 1000), (9000, 800)));
+    let covered = |picture: &Picture| {
+        let count = picture.bytes.chunks_exact(4).filter(|pixel| pixel[3] > 127).count();
+        count as f64 / f64::from(picture.size.1).powi(2)
+    };
+    assert!((covered(&streamed) - covered(&whole)).abs() < 2e-3);
+}
+
+#[test]
+fn streams_go_in_and_out() {
+    let folder = Folder::new();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_polyscan"))
+        .args(["-", "-o", "-", "-s", "20"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the tool runs");
+    child.stdin.take().expect("a pipe").write_all(cube().as_bytes()).expect("written");
+    let output = child.wait_with_output().expect("it ends");
+    assert!(output.status.success());
+    folder.draw(&["cube.obj", "-o", "a.png", "-s", "20"]);
+    assert_eq!(output.stdout, fs::read(folder.path("a.png")).expect("a picture"));
+}
+
+#[test]
+fn many_models_become_pictures_in_a_folder() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("in")).expect("a folder");
+    for name in ["in/a.obj", "in/b.OBJ"] {
+        folder.write(name, cube().as_bytes());
+    }
+    folder.write("in/c.obj", b"v 0 0 0\nf 1 2 9\n");
+    folder.write("in/notes.txt", b"no model");
+    let output = folder.run(&["in", "-o", "out", "-s", "16"]);
+    // One bad file does not stop the rest, and the exit code says so.
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(
+        said.trim_end(),
+        "error: in/c.obj:2: a face refers to position 2, but there are only 1 in the file"
+    );
+    let lines = String::from_utf8(output.stdout).expect("text");
+    assert_eq!(lines.lines().filter(|line| line.starts_with("wrote out/")).count(), 2, "{lines}");
+    let mut names: Vec<_> = fs::read_dir(folder.path("out"))
+        .expect("a folder")
+        .flatten()
+        .map(|e| e.file_name())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["a.png", "b.png"]);
+}
+
+#[test]
+fn errors_are_sentences_and_leave_nothing() {
+    let folder = Folder::new();
+    folder.write("bad.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    folder.write("empty.stl", b"");
+    folder.write("what.bin", b"\0\x01\x02");
+    let before = folder.names();
+    for (args, code, says) in [
+        (
+            &["bad.obj", "-o", "a.png"][..],
+            1,
+            "bad.obj:4: a face refers to position 9, but there are only 3 in the file",
+        ),
+        (&["no.obj", "-o", "a.png"], 1, "cannot read the model no.obj"),
+        (&["empty.stl", "-o", "a.png"], 1, "empty.stl: it is neither STL text"),
+        (&["what.bin", "-o", "a.png"], 1, "what.bin is in no format that is known"),
+        (&["cube.obj", "-o", "a.webp"], 2, "cannot write a.webp: choose a name that ends in .png"),
+        (&["cube.obj", "-o", "a"], 2, "choose a name that ends in .png"),
+        (&["cube.obj", "-o", "no/a.png"], 2, "there is no folder no"),
+        (&["cube.obj"], 2, "say where the picture goes"),
+        (&["cube.obj", "-o", "a.png", "-s", "0"], 2, "write it as 800x600 or 256"),
+        (&["cube.obj", "-o", "a.png", "-s", "70000"], 2, "from 1 to 65536"),
+        (&["cube.obj", "-o", "a.png", "-s", "65536"], 2, "choose fewer --samples"),
+        (&["cube.obj", "-o", "a.png", "--yaw", "nan"], 2, "give a number of degrees"),
+        (&["cube.obj", "-o", "a.png", "-b", "red"], 2, "six digits such as ffcc00"),
+        (&["cube.obj", "-o", "a.png", "--up", "w"], 2, "name an axis"),
+        (
+            &["cube.obj", "-o", "a.png", "--matrix", "1 2 3"],
+            2,
+            "it needs 16 numbers, and here are 3",
+        ),
+        (&["cube.obj", "-o", "a.png", "--ids", "--depth"], 2, "cannot be used with"),
+    ] {
+        let output = folder.run(args);
+        let said = String::from_utf8(output.stderr).expect("text");
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
+        assert!(said.starts_with("error: ") && said.contains(says), "{args:?}: {said}");
+        assert!(!said.contains("{ ") && output.stdout.is_empty(), "{said}");
+        assert_eq!(folder.names(), before, "{args:?}");
+    }
+}
+
+#[test]
+fn it_says_what_it_can_do() {
+    let folder = Folder::new();
+    assert!(folder.draw(&["--help"]).contains("polyscan model.glb -o picture.png"));
+    assert!(folder.draw(&["--man"]).contains(".TH polyscan"));
+    assert!(folder.draw(&["--completions", "bash"]).contains("_polyscan()"));
+}

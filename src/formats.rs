@@ -1,0 +1,282 @@
+//! Models from files of any format that a feature is on for.
+//!
+//! What flows in is the name of a file, or its bytes; what flows out is a [`Model`] with warnings. The format
+//! is recognised by the content, and only where that says nothing by the name. OBJ files are read by
+//! [`obj`](crate::obj); `formats::stl`, `formats::ply` and `formats::gltf` give the others the same form,
+//! `formats::found`. Files of more than [`MAX_BYTES`] or [`MAX_CORNERS`](crate::formats::MAX_CORNERS) face
+//! corners are refused, so that no file can ask for a machine's whole memory.
+//!
+//! ```
+//! # #[cfg(feature = "stl")] {
+//! use polyscan::formats::Loader;
+//!
+//! let text = "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
+//!             endloop\nendfacet\nendsolid\n";
+//! let loaded = Loader::new().read(text.as_bytes(), "triangle.stl")?;
+//! assert_eq!(loaded.model.face_count(), 1);
+//! # }
+//! # Ok::<(), polyscan::formats::LoadError>(())
+//! ```
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use crate::model::Model;
+
+mod found;
+#[cfg(feature = "stl")]
+mod stl;
+#[cfg(feature = "ply")]
+mod ply;
+#[cfg(feature = "gltf")]
+mod gltf;
+
+pub use self::found::MAX_CORNERS;
+
+/// The most bytes in a file: 1 GiB.
+pub const MAX_BYTES: u64 = 1 << 30;
+
+/// A format of model files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Format {
+    /// Wavefront OBJ, text.
+    Obj,
+    /// STL, text or binary.
+    Stl,
+    /// The Stanford format, text or binary.
+    Ply,
+    /// glTF 2.0, as JSON or as GLB.
+    Gltf,
+}
+
+impl Format {
+    /// The format of a file by its content and its name; `None` if neither tells it.
+    #[must_use]
+    pub fn of(content: &[u8], name: &Path) -> Option<Self> {
+        let start = content.trim_ascii_start();
+        if content.starts_with(b"glTF") {
+            return Some(Self::Gltf);
+        }
+        if content.starts_with(b"ply\n") || content.starts_with(b"ply\r") {
+            return Some(Self::Ply);
+        }
+        let ending = name.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("obj") => return Some(Self::Obj),
+            Some("stl") => return Some(Self::Stl),
+            Some("ply") => return Some(Self::Ply),
+            Some("gltf" | "glb" | "vrm") => return Some(Self::Gltf),
+            _ => {}
+        }
+        if start.starts_with(b"{") {
+            return Some(Self::Gltf);
+        }
+        if start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
+            return Some(Self::Stl);
+        }
+        if content.len() >= 84 {
+            let count = [content[80], content[81], content[82], content[83]];
+            if content.len() as u64 == 84 + 50 * u64::from(u32::from_le_bytes(count)) {
+                return Some(Self::Stl);
+            }
+        }
+        let is_obj = |line: &[u8]| line.starts_with(b"v ") || line.starts_with(b"f ");
+        let mut lines = start.split(|&byte| byte == b'\n').take(1000).map(<[u8]>::trim_ascii);
+        lines.any(is_obj).then_some(Self::Obj)
+    }
+
+    /// The feature that the format needs, and the name that it goes by.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+            Self::Gltf => "gltf",
+        }
+    }
+}
+
+/// Why there is no model.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// The file cannot be read, or is over [`MAX_BYTES`].
+    #[error("cannot read the model {}: {source}; check its name, permissions and size", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// An OBJ file is wrong.
+    #[cfg(feature = "obj")]
+    #[error(transparent)]
+    Obj(#[from] crate::obj::ObjError),
+    /// A file of another format is wrong.
+    #[error("{}: {cause}", path.display())]
+    Wrong {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, as a sentence.
+        cause: String,
+    },
+    /// The file has no faces, or no corner of one is finite.
+    #[error("{} has no faces: is it a model of polygons?", path.display())]
+    NoFaces {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Neither the content nor the name tells a format.
+    #[error("{} is in no format that is known: convert it to glTF, OBJ, PLY or STL", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The library was built without the feature that reads the format.
+    #[error("{} needs the feature `{feature}` of polyscan, which is not on", path.display())]
+    FeatureNeeded {
+        /// The file.
+        path: PathBuf,
+        /// The feature.
+        feature: &'static str,
+    },
+}
+
+/// A model of any format, and what its files lack.
+#[derive(Debug)]
+#[must_use]
+pub struct Loaded {
+    /// The model, complete as to geometry.
+    pub model: Model,
+    /// What its format is.
+    pub format: Format,
+    /// What was replaced, skipped or is not used: sentences that name file and cause.
+    pub warnings: Vec<String>,
+}
+
+/// How to load a model of any format.
+#[derive(Clone, Debug, PartialEq)]
+#[must_use]
+pub struct Loader {
+    crease_angle: f32,
+    root: Option<PathBuf>,
+}
+
+impl Default for Loader {
+    fn default() -> Self {
+        Self { crease_angle: std::f32::consts::FRAC_PI_3, root: None }
+    }
+}
+
+impl Loader {
+    /// The default loader, with a crease angle of 60 degrees.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Sets the crease angle, in radians from 0 to pi: computed normals are smooth where faces meet at less.
+    ///
+    /// Angles outside the range are clamped; NaN counts as 0.
+    pub fn with_crease_angle(self, radians: f32) -> Self {
+        let crease_angle = if radians > 0.0 { radians.min(std::f32::consts::PI) } else { 0.0 };
+        Self { crease_angle, ..self }
+    }
+
+    /// Sets a folder above the model's below which materials and textures of OBJ files may lie.
+    pub fn with_root(self, folder: impl Into<PathBuf>) -> Self {
+        Self { root: Some(folder.into()), ..self }
+    }
+
+    /// Loads a file and the files it refers to, which lie in its folder or below.
+    ///
+    /// # Errors
+    /// [`LoadError`] says which file is wrong, and how.
+    pub fn load(&self, path: impl AsRef<Path>) -> Result<Loaded, LoadError> {
+        let path = path.as_ref();
+        let open = || {
+            // Devices and pipes might never end.
+            if !fs::metadata(path)?.is_file() {
+                return Err(io::Error::new(
+                    io::ErrorKind::InvalidInput,
+                    "it is not a regular file",
+                ));
+            }
+            File::open(path)
+        };
+        let file = open().map_err(|source| LoadError::Read { path: path.to_owned(), source })?;
+        self.read(file, path)
+    }
+
+    /// Loads a model from anywhere, such as the standard input.
+    ///
+    /// `name` stands for the file in messages; files that it refers to are looked for beside it.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn read(&self, reader: impl Read, name: impl AsRef<Path>) -> Result<Loaded, LoadError> {
+        let path = name.as_ref().to_owned();
+        let mut bytes = Vec::new();
+        let read = reader.take(MAX_BYTES + 1).read_to_end(&mut bytes).and_then(|length| {
+            if length as u64 <= MAX_BYTES {
+                return Ok(());
+            }
+            let sentence = format!("it has more than the {MAX_BYTES} bytes that are allowed");
+            Err(io::Error::new(io::ErrorKind::FileTooLarge, sentence))
+        });
+        if let Err(source) = read {
+            return Err(LoadError::Read { path, source });
+        }
+        match Format::of(&bytes, &path) {
+            None => Err(LoadError::UnknownFormat { path }),
+            #[cfg(feature = "obj")]
+            Some(Format::Obj) => self.read_obj(bytes, &path),
+            Some(format) => self.read_other(format, bytes, path),
+        }
+    }
+
+    #[cfg(feature = "obj")]
+    fn read_obj(&self, bytes: Vec<u8>, path: &Path) -> Result<Loaded, LoadError> {
+        let mut loader = crate::obj::Loader::new().with_crease_angle(self.crease_angle);
+        if let Some(root) = &self.root {
+            loader = loader.with_root(root);
+        }
+        let loaded = loader.read_bytes(bytes, path)?;
+        let warnings = loaded.warnings.iter().map(ToString::to_string).collect();
+        Ok(Loaded { model: loaded.model, format: Format::Obj, warnings })
+    }
+
+    fn read_other(
+        &self,
+        format: Format,
+        bytes: Vec<u8>,
+        path: PathBuf,
+    ) -> Result<Loaded, LoadError> {
+        let found = match format {
+            #[cfg(feature = "stl")]
+            Format::Stl => stl::read(bytes),
+            #[cfg(feature = "ply")]
+            Format::Ply => ply::read(&bytes),
+            #[cfg(feature = "gltf")]
+            Format::Gltf => gltf::read(&bytes, &path),
+            #[allow(
+                unreachable_patterns,
+                reason = "which formats are left depends on the features"
+            )]
+            format => {
+                drop(bytes);
+                return Err(LoadError::FeatureNeeded { path, feature: format.name() });
+            }
+        };
+        #[allow(unreachable_code, reason = "without features there is no other format")]
+        let found: found::Found = match found {
+            Ok(found) => found,
+            Err(cause) => return Err(LoadError::Wrong { path, cause }),
+        };
+        let warnings =
+            found.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
+        let model = found.into_model(self.crease_angle).ok_or(LoadError::NoFaces { path })?;
+        Ok(Loaded { model, format, warnings })
+    }
+}

@@ -1,0 +1,135 @@
+//! What a loader finds in a file: faces in any order, each with a material.
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
+
+use crate::model::corners::{BY_ANGLE, Corners};
+use crate::model::{Material, Model};
+use crate::texture::Texture;
+
+/// The most face corners in a file: 2^26, some 22 million triangles.
+pub const MAX_CORNERS: u64 = 1 << 26;
+
+/// A corner of a face.
+#[derive(Clone, Copy)]
+pub(super) struct Corner {
+    pub(super) position: DVec3,
+    /// With v up; NaN for none.
+    pub(super) uv: Vec2,
+    /// Zero for none.
+    pub(super) normal: Vec3,
+    /// Linear light, not multiplied by alpha.
+    pub(super) color: Vec4,
+}
+
+impl Corner {
+    /// A corner that has nothing but its place.
+    pub(super) fn at(position: DVec3) -> Self {
+        Self { position, uv: Vec2::NAN, normal: Vec3::ZERO, color: Vec4::ONE }
+    }
+
+    fn is_finite(&self) -> bool {
+        self.position.as_vec3().is_finite()
+    }
+}
+
+/// What is found in a file.
+pub(super) struct Found {
+    corners: Vec<Corner>,
+    /// Where the corners of each face end, and its material.
+    faces: Vec<(u32, u32)>,
+    /// The default material first.
+    pub(super) materials: Vec<Material>,
+    pub(super) textures: Vec<Texture>,
+    pub(super) warnings: Vec<String>,
+    /// How many faces were left out because a corner is not finite.
+    lost: u64,
+}
+
+impl Found {
+    pub(super) fn new() -> Self {
+        Self {
+            corners: Vec::new(),
+            faces: Vec::new(),
+            materials: vec![Material::default()],
+            textures: Vec::new(),
+            warnings: Vec::new(),
+            lost: 0,
+        }
+    }
+
+    /// Adds a face. One of fewer than three corners is left out, and so is one with a corner that is not
+    /// finite.
+    pub(super) fn face(
+        &mut self,
+        corners: impl IntoIterator<Item = Corner>,
+        material: usize,
+    ) -> Result<(), String> {
+        let start = self.corners.len();
+        self.corners.extend(corners);
+        if self.corners.len() as u64 > MAX_CORNERS {
+            return Err(format!("it has more than {MAX_CORNERS} face corners: split the model"));
+        }
+        let face = &mut self.corners[start..];
+        if face.len() < 3 || !face.iter().all(Corner::is_finite) {
+            self.corners.truncate(start);
+            self.lost += 1;
+            return Ok(());
+        }
+        for corner in face {
+            if !corner.uv.is_finite() {
+                corner.uv = Vec2::NAN;
+            }
+            if !corner.normal.is_finite() {
+                corner.normal = Vec3::ZERO;
+            }
+            if !corner.color.is_finite() {
+                corner.color = Vec4::ONE;
+            }
+        }
+        self.faces.push((self.corners.len() as u32, material as u32));
+        Ok(())
+    }
+
+    /// Adds to the warnings what became of the faces; to be called when all are there.
+    pub(super) fn finish(mut self) -> Self {
+        if self.lost > 0 {
+            let lost = self.lost;
+            self.warnings.push(format!(
+                "{lost} faces have fewer than 3 corners, or a corner whose position is not finite; \
+                 they are skipped"
+            ));
+        }
+        self
+    }
+
+    /// The model, unless there are no faces.
+    pub(super) fn into_model(self, crease_angle: f32) -> Option<Model> {
+        if self.faces.is_empty() {
+            return None;
+        }
+        let has_colors = self.corners.iter().any(|corner| corner.color != Vec4::ONE);
+        let positions = self.corners.iter().map(|corner| corner.position);
+        let mut corners = Corners::around(crate::model::corners::origin(positions));
+        corners.reserve(self.corners.len(), self.faces.len());
+        let mut order: Vec<u32> = (0..self.faces.len() as u32).collect();
+        // Stable, so that the faces of a material stay in the order of the file.
+        order.sort_by_key(|&face| self.faces[face as usize].1);
+        let mut order = order.into_iter().peekable();
+        for material in 0..self.materials.len() as u32 {
+            while let Some(face) = order.next_if(|&f| self.faces[f as usize].1 == material) {
+                let face = face as usize;
+                let start = if face == 0 { 0 } else { self.faces[face - 1].0 as usize };
+                for corner in &self.corners[start..self.faces[face].0 as usize] {
+                    let point = corners.point_at(corner.position);
+                    corners.push(point, corner.uv, corner.normal);
+                    if has_colors {
+                        corners.color(corner.color);
+                    }
+                }
+                corners.end_face(BY_ANGLE);
+            }
+            corners.end_material();
+        }
+        Some(Model::from_corners(corners, crease_angle, self.materials, self.textures))
+    }
+}

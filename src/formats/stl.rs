@@ -1,0 +1,83 @@
+//! STL files, text or binary, by the crate `stl_io`.
+//!
+//! That crate is strict; what other programs write is brought to the form that it reads. The normals in the
+//! files are those of the faces, where they are right at all, and are computed instead.
+
+use std::io::{Cursor, Read};
+
+use glam::DVec3;
+
+use crate::formats::found::{Corner, Found};
+
+/// The bytes of a binary file before its triangles, and those of a triangle.
+const HEADER: usize = 84;
+const TRIANGLE: usize = 50;
+
+pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
+    let count = bytes
+        .get(80..HEADER)
+        .map_or(0, |count| u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])));
+    let length = HEADER as u64 + TRIANGLE as u64 * count;
+    let is_text =
+        bytes.trim_ascii_start().get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
+    // Some binary files begin with that word as well, but their length gives them away.
+    if is_text && (length != bytes.len() as u64 || count == 0) {
+        return collect(&mut Cursor::new(plain(&bytes)));
+    }
+    if bytes.len() < HEADER {
+        return Err(
+            "it is neither STL text, which begins with `solid`, nor long enough for a binary \
+                    STL file"
+                .into(),
+        );
+    }
+    let there = (bytes.len() - HEADER) as u64 / TRIANGLE as u64;
+    // A head that is not taken for text, and that announces what is there.
+    bytes[..80].fill(0);
+    bytes[80..HEADER].copy_from_slice(&(count.min(there) as u32).to_le_bytes());
+    let mut found = collect(&mut Cursor::new(bytes))?;
+    if there < count {
+        found.warnings.push(format!(
+            "it ends after {there} of the {count} triangles that it announces; was it cut off?"
+        ));
+    }
+    Ok(found)
+}
+
+fn collect(file: &mut (impl Read + std::io::Seek)) -> Result<Found, String> {
+    let mut found = Found::new();
+    let triangles = stl_io::create_stl_reader(file).map_err(|error| error.to_string())?;
+    for (count, triangle) in triangles.enumerate() {
+        let triangle = match triangle {
+            Ok(triangle) => triangle,
+            Err(error) if count == 0 => return Err(format!("it cannot be read: {error}")),
+            Err(error) => {
+                found.warnings.push(format!("it cannot be read to its end: {error}"));
+                break;
+            }
+        };
+        let corner = |v: stl_io::Vertex| Corner::at(DVec3::from_array(v.0.map(f64::from)));
+        found.face(triangle.vertices.map(corner), 0)?;
+    }
+    Ok(found.finish())
+}
+
+/// The text of all solids as one, in small letters and without normals, which may be NaN.
+fn plain(bytes: &[u8]) -> Vec<u8> {
+    let mut text = b"solid all\n".to_vec();
+    for line in bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
+        let line = line.trim_ascii().to_ascii_lowercase();
+        if line.starts_with(b"facet") {
+            text.extend_from_slice(b"facet normal 0 0 0");
+        } else if !line.is_empty() && !line.starts_with(b"solid") && !line.starts_with(b"endsolid")
+        {
+            // Names in other encodings are on the lines left out; what else is no UTF-8 is no STL.
+            text.extend(line.into_iter().map(|byte| if byte.is_ascii() { byte } else { b'?' }));
+        } else {
+            continue;
+        }
+        text.push(b'\n');
+    }
+    text.extend_from_slice(b"endsolid\n");
+    text
+}

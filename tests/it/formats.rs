@@ -1,0 +1,243 @@
+//! STL, PLY and glTF files: the same square in each, what other programs write, and bytes of all sorts.
+
+use std::path::Path;
+
+use glam::{Vec3, vec3};
+use polyscan::formats::{Format, LoadError, Loaded, Loader};
+
+use crate::common::generators::Rng;
+
+fn read(bytes: impl AsRef<[u8]>, name: &str) -> Result<Loaded, LoadError> {
+    Loader::new().read(bytes.as_ref(), name)
+}
+
+/// The positions of each face's corners.
+fn positions(loaded: &Loaded) -> Vec<Vec<Vec3>> {
+    let model = &loaded.model;
+    let position = |&i: &u32| model.vertices[i as usize].position;
+    model.faces().map(|face| face.indices.iter().map(position).collect()).collect()
+}
+
+/// The halves of a square.
+const HALVES: [[Vec3; 3]; 2] =
+    [[Vec3::ZERO, Vec3::X, vec3(1.0, 1.0, 0.0)], [Vec3::ZERO, vec3(1.0, 1.0, 0.0), Vec3::Y]];
+
+fn binary_stl(header: &[u8], triangles: &[[Vec3; 3]]) -> Vec<u8> {
+    let mut bytes = header.to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        let vectors = [&[Vec3::NAN][..], triangle].concat();
+        bytes.extend(vectors.iter().flat_map(Vec3::to_array).flat_map(f32::to_le_bytes));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+fn text_stl(triangles: &[[Vec3; 3]]) -> String {
+    let mut text = String::from("solid square\n");
+    for triangle in triangles {
+        text += "facet normal 0 0 1\n outer loop\n";
+        for v in triangle {
+            text += &format!("  vertex {} {} {}\n", v.x, v.y, v.z);
+        }
+        text += " endloop\nendfacet\n";
+    }
+    text + "endsolid square\n"
+}
+
+/// A glTF file of a square with texture coordinates, its buffer within.
+fn gltf(material: &str, node: &str) -> String {
+    let floats = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0_f32];
+    let mut bytes: Vec<u8> = floats.iter().flat_map(|n| n.to_le_bytes()).collect();
+    bytes.extend([0, 1, 2, 0, 2, 3_u8]);
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{node}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1,"material":0}}]}}],
+        "materials":[{material}],
+        "buffers":[{{"byteLength":54,"uri":"data:application/octet-stream;base64,{}"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":6}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+        {{"bufferView":1,"componentType":5121,"count":6,"type":"SCALAR"}}]}}"#,
+        base64(&bytes)
+    )
+}
+
+/// Base64 (RFC 4648, section 4).
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let group = |three: &[u8]| {
+        let all = three.iter().fold(0_u32, |all, &byte| all << 8 | u32::from(byte));
+        let all = all << (8 * (3 - three.len()));
+        let digit = |i: usize| match i <= three.len() {
+            true => char::from(DIGITS[(all >> (18 - 6 * i) & 63) as usize]),
+            false => '=',
+        };
+        [0, 1, 2, 3].map(digit)
+    };
+    bytes.chunks(3).flat_map(group).collect()
+}
+
+#[test]
+fn formats_are_known_by_content_first() {
+    for (content, name, format) in [
+        ("ply\nformat", "a.obj", Some(Format::Ply)),
+        ("glTF\u{2}", "a", Some(Format::Gltf)),
+        (" {\"asset\"", "a", Some(Format::Gltf)),
+        ("SOLID x\nfacet", "a", Some(Format::Stl)),
+        ("# made by\nv 0 0 0\n", "-", Some(Format::Obj)),
+        ("solid", "a.obj", Some(Format::Obj)),
+        ("anything", "a.STL", Some(Format::Stl)),
+        ("anything", "a.txt", None),
+    ] {
+        assert_eq!(Format::of(content.as_bytes(), Path::new(name)), format, "{content}");
+    }
+    assert_eq!(Format::of(&binary_stl(b"solid", &HALVES), Path::new("a")), Some(Format::Stl));
+    let error = read("anything", "a.txt").expect_err("no format");
+    assert!(error.to_string().starts_with("a.txt is in no format that is known"), "{error}");
+}
+
+#[test]
+fn stl_is_read_as_other_programs_write_it() {
+    let text = text_stl(&HALVES);
+    let halves = HALVES.map(|half| half.to_vec());
+    for bytes in [
+        text.clone().into_bytes(),
+        text.to_uppercase().into_bytes(),
+        text.replace('\n', "\r\n").into_bytes(),
+        text.replace('\n', "\r").into_bytes(),
+        text.replace("solid square", "solid").into_bytes(),
+        text.replace("0 0 1\n outer", "nan nan nan\n outer").into_bytes(),
+        [b"solid gr\xfcn\n", text.replacen("solid square\n", "", 1).as_bytes()].concat(),
+        text_stl(&HALVES[..1])
+            .into_bytes()
+            .into_iter()
+            .chain(text_stl(&HALVES[1..]).into_bytes())
+            .collect(),
+        binary_stl(b"made by", &HALVES),
+        binary_stl(b"solid by", &HALVES),
+    ] {
+        let loaded = read(&bytes, "a.stl").expect("a model");
+        assert_eq!(positions(&loaded), halves, "{}", String::from_utf8_lossy(&bytes));
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        assert_eq!(loaded.model.vertices.len(), 4, "corners are joined");
+        assert!(loaded.model.vertices.iter().all(|v| v.normal == Vec3::Z));
+    }
+    let mut cut = binary_stl(b"", &HALVES);
+    cut.truncate(84 + 50 + 20);
+    let loaded = read(&cut, "a.stl").expect("what is there");
+    assert_eq!(loaded.model.face_count(), 1);
+    assert!(loaded.warnings[0].contains("after 1 of the 2 triangles"), "{:?}", loaded.warnings);
+    let bad = [HALVES[0], [Vec3::NAN; 3]];
+    let loaded = read(binary_stl(b"", &bad), "a.stl").expect("what is there");
+    assert_eq!((loaded.model.face_count(), loaded.warnings.len()), (1, 1));
+    assert!(matches!(read(binary_stl(b"", &[]), "a.stl"), Err(LoadError::NoFaces { .. })));
+}
+
+#[test]
+fn ply_is_read_in_all_three_encodings() {
+    let head = |encoding: &str| {
+        format!(
+            "ply\nformat {encoding} 1.0\ncomment x\nelement vertex 4\nproperty float x\n\
+             property float y\nproperty float z\nproperty uchar red\nproperty uchar green\n\
+             property uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let square = [Vec3::ZERO, Vec3::X, vec3(1.0, 1.0, 0.0), Vec3::Y];
+    let mut text = head("ascii");
+    let (mut little, mut big) =
+        (head("binary_little_endian").into_bytes(), head("binary_big_endian").into_bytes());
+    for v in square {
+        text += &format!("{} {} {} 255 0 0\n", v.x, v.y, v.z);
+        little.extend(v.to_array().into_iter().flat_map(f32::to_le_bytes));
+        big.extend(v.to_array().into_iter().flat_map(f32::to_be_bytes));
+        little.extend([255, 0, 0]);
+        big.extend([255, 0, 0]);
+    }
+    text += "4 0 1 2 3\n";
+    little.push(4);
+    little.extend([0, 1, 2, 3_i32].into_iter().flat_map(i32::to_le_bytes));
+    big.push(4);
+    big.extend([0, 1, 2, 3_i32].into_iter().flat_map(i32::to_be_bytes));
+    for bytes in [text.clone().into_bytes(), little, big] {
+        let loaded = read(&bytes, "a.ply").expect("a model");
+        // It keeps its four sides.
+        assert_eq!(positions(&loaded), [square.to_vec()]);
+        assert!(loaded.model.vertices.iter().all(|v| v.color.truncate() == Vec3::X));
+    }
+    let error = read(text.replace("4 0 1 2 3", "4 0 1 2 9"), "a.ply").expect_err("no vertex 9");
+    assert!(error.to_string().contains("refers to vertex 9"), "{error}");
+    let error = read(text.replace("element vertex 4", "element vertex 999999999"), "a.ply");
+    assert!(error.expect_err("cut off").to_string().contains("too many"));
+}
+
+#[test]
+fn gltf_is_placed_and_has_its_looks() {
+    use glam::Vec2;
+    use polyscan::model::AlphaMode;
+
+    let text = gltf(
+        r#"{"name":"glass","alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0,0.25]}}"#,
+        r#"{"mesh":0,"translation":[0,0,3],"scale":[2,2,2]}"#,
+    );
+    let loaded = read(&text, "a.gltf").expect("a model");
+    let expected = HALVES.map(|half| half.map(|v| v * 2.0 + Vec3::Z * 3.0).to_vec());
+    assert_eq!(positions(&loaded), expected);
+    let material = &loaded.model.materials[1];
+    assert_eq!((material.name.as_str(), material.alpha_mode), ("glass", AlphaMode::Blend));
+    let color = material.color_at(&[], Vec2::ZERO, glam::Vec4::ONE);
+    assert_eq!(color, glam::vec4(0.25, 0.125, 0.0, 0.25));
+
+    // Mirrored: still counter-clockwise seen from outside.
+    let text = gltf("{}", r#"{"mesh":0,"scale":[-1,1,1]}"#);
+    let model = read(&text, "a.gltf").expect("a model").model;
+    assert!(model.vertices.iter().all(|v| v.normal == Vec3::Z));
+    let circle = gltf("{}", r#"{"mesh":0,"children":[0]}"#);
+    assert_eq!(read(&circle, "a.gltf").expect("a model").model.face_count(), 2);
+    let cut = text.replace("\"byteLength\":48", "\"byteLength\":40");
+    assert!(read(&cut, "a.gltf").expect_err("cut off").to_string().contains("beyond its buffer"));
+    let needs = text.replacen('{', r#"{"extensionsRequired":["KHR_draco_mesh_compression"],"#, 1);
+    let error = read(&needs, "a.gltf").expect_err("an extension").to_string();
+    assert!(error.contains("KHR_draco_mesh_compression"), "{error}");
+}
+
+/// Bytes changed, cut off and put in at random: a model or an error, never a panic.
+#[test]
+fn broken_files_never_panic() {
+    let rng = &mut Rng::new(16);
+    let mut seeds: Vec<(Vec<u8>, &str)> =
+        vec![(b"v 0 0 0 1 1 1\nvt 0 0\nf 1/1 1//2 1\ns 1\n#MRGB ff\n".to_vec(), "a.obj")];
+    seeds.push((text_stl(&HALVES).into_bytes(), "a.stl"));
+    seeds.push((binary_stl(b"", &HALVES), "a.stl"));
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty float y\n\
+               property int z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_index\n\
+               end_header\n0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2\n";
+    seeds.push((ply.into(), "a.ply"));
+    seeds.push((ply.replace("ascii", "binary_little_endian").into(), "a.ply"));
+    {
+        let text = gltf(r#"{"alphaMode":"MASK"}"#, r#"{"mesh":0,"rotation":[0,0,0,1]}"#);
+        seeds.push((text.into_bytes(), "a.gltf"));
+    }
+    for (seed, name) in seeds {
+        for _ in 0..1500 {
+            let mut bytes = seed.clone();
+            for _ in 0..1 + rng.below(4) {
+                let place = rng.below(bytes.len());
+                match rng.below(4) {
+                    0 => bytes.truncate(place.max(1)),
+                    1 => bytes[place] = rng.below(256) as u8,
+                    2 => bytes[place] = b"0123456789-/.e \n{}[],\"\xff"[rng.below(23)],
+                    _ => bytes.insert(place, b'9'),
+                }
+            }
+            if let Ok(loaded) = read(&bytes, name) {
+                let model = &loaded.model;
+                let count = model.vertices.len();
+                assert!(model.faces().all(|f| f.indices.iter().all(|&i| (i as usize) < count)));
+                assert!(
+                    model.vertices.iter().all(|v| v.position.is_finite() && v.normal.is_finite())
+                );
+            }
+        }
+    }
+}
