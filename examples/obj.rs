@@ -21,7 +21,7 @@ use polyscan::{Cull, Framebuffer, Mesh, ZBufferRenderer};
 mod cli;
 mod studio;
 
-use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
+use studio::{Lamp, Surface, View, color_of, footprint, parse_degrees, parse_size};
 
 const HELP: &str = "\
 Draw an OBJ model to a picture, or turn it around in an animated one.
@@ -96,7 +96,7 @@ fn render(
         let faces = Mesh::new(&vertices, model.faces_of(i));
         renderer.draw(&mut frame, faces, |fragment| {
             let surface = Surface::from(fragment.params);
-            color_of(model, Some(material), surface.uv) * lamp.lit(&surface)
+            color_of(model, Some(material), &footprint(fragment)) * lamp.lit(&surface)
         });
     }
     Ok(frame.downsampled(SAMPLES)?)

@@ -21,7 +21,7 @@ use polyscan::{Fragment, Mesh, ScanlineRenderer, Viewport};
 mod cli;
 mod studio;
 
-use studio::{Lamp, Surface, View, color_of, parse_degrees, parse_size};
+use studio::{Lamp, Surface, View, color_of, footprint, parse_degrees, parse_size};
 
 const HELP: &str = "\
 Draw a very large picture of an OBJ model.
@@ -73,7 +73,8 @@ fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
         let face = faces.get(fragment.face as usize);
         let material = face.and_then(|face| model.materials.get(face.material));
         let surface = Surface::from(fragment.params);
-        let [r, g, b, _] = (color_of(model, material, surface.uv) * lamp.lit(&surface)).to_srgb8();
+        let color = color_of(model, material, &footprint(fragment));
+        let [r, g, b, _] = (color * lamp.lit(&surface)).to_srgb8();
         [r, g, b]
     };
 

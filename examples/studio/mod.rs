@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use polyscan::glam::{Mat4, Vec2, Vec3, vec3};
 use polyscan::model::{Material, Model};
 use polyscan::obj::Loader;
-use polyscan::{Camera, Vertex, record};
+use polyscan::texture::MipFilter;
+use polyscan::{Camera, Footprint, Fragment, Vertex, record};
 
 use crate::cli;
 
@@ -45,13 +46,18 @@ pub(crate) fn parse_size(text: &str, most: u32) -> Result<(u32, u32), String> {
     Ok((cli::number(width, 1..=most)?, cli::number(height, 1..=most)?))
 }
 
-/// Loads a model; what is strange about it goes to the standard error.
+/// Loads a model, whose textures are to be filtered; what is strange about it goes to the standard error.
 pub(crate) fn load(loader: &Loader, path: &Path) -> Result<Model, Box<dyn Error>> {
     let loaded = loader.load(path)?;
     for warning in &loaded.warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(loaded.model)
+    let mut model = loaded.model;
+    for texture in std::mem::take(&mut model.textures) {
+        let texture = texture.with_mipmaps()?;
+        model.textures.push(texture.with_mip_filter(MipFilter::Anisotropic { probes: 16 }));
+    }
+    Ok(model)
 }
 
 record! {
@@ -84,9 +90,15 @@ impl Lamp {
     }
 }
 
-/// The colour of a material, in linear light.
-pub(crate) fn color_of(model: &Model, material: Option<&Material>, uv: Vec2) -> Vec3 {
+/// The texture coordinate of a pixel whose parameters are a [`Surface`], and how it changes.
+pub(crate) fn footprint(fragment: &Fragment<'_, { Surface::LEN }>) -> Footprint {
+    fragment.footprint(0, 1)
+}
+
+/// The colour of a material where a pixel sees it, in linear light.
+pub(crate) fn color_of(model: &Model, material: Option<&Material>, seen: &Footprint) -> Vec3 {
     let Some(material) = material else { return Vec3::ONE };
     let texture = material.texture.and_then(|i| model.textures.get(i));
-    material.diffuse * texture.map_or(Vec3::ONE, |texture| texture.sample(uv).truncate())
+    material.diffuse
+        * texture.map_or(Vec3::ONE, |texture| texture.sample_footprint(seen).truncate())
 }

@@ -75,7 +75,7 @@ impl TextureCache {
         check_regular(path)
             .map_err(|source| TextureError::Read { path: path.to_owned(), source })?;
         let texture = Texture::open_within(path, MAX_FILE_TEXELS - self.texels)?;
-        self.texels += texture.texels().len() as u64;
+        self.texels += u64::from(texture.width()) * u64::from(texture.height());
         self.textures.push(texture);
         Ok(self.textures.len() - 1)
     }

@@ -34,6 +34,7 @@ mod front;
 mod blending;
 
 mod texture;
+mod texture_filters;
 
 mod house;
 mod api;
