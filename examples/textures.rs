@@ -4,7 +4,7 @@
 //! crop of its middle distance three times as large. In this order, row by row: bilinear without a
 //! chain, nearest level, trilinear; 2, 4 and 16 probes; EWA, the reference, and the mip levels as
 //! colours. Below are the levels without steps, (u, v) as red and green, and a small picture, magnified:
-//! nearest, bilinear, B-spline, Mitchell and Netravali, Catmull-Rom.
+//! nearest, bilinear, B-spline, Mitchell and Netravali.
 //!
 //! The reference is the mean of many bilinear samples of each pixel. The table that is printed has the
 //! peak signal-to-noise ratio of each filter's picture against it, of the colours as they are shown.

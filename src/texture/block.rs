@@ -1,17 +1,17 @@
 //! The colours of the pixels of a block, sixteen at once: the same to the bit as of one after the other.
 //!
 //! What is arithmetic is done for all lanes in one loop, which becomes SIMD: levels of detail, axes, places
-//! between texels. Then the texels are fetched lane by lane. Only bilinear samples come so, on one level or
-//! between two, alone or along an axis; all else is sampled one by one.
+//! between texels. Then the texels are fetched lane by lane. Nearest texels and bilinear means come
+//! so, on one level or between two, alone or along an axis; all else is sampled one by one.
 
 use glam::{Vec2, Vec4, vec2};
 
 use crate::fragment::{FootprintBlock, LANES, Lanes};
 use crate::texture::level::{MipFilter, Sides};
 use crate::texture::minify::{Chain, Filtering, probe_at};
-use crate::texture::sample::{Filter, bilinear_between, mix};
+use crate::texture::sample::{Filter, mix};
 use crate::texture::texels::{Fetch, Level};
-use crate::texture::wrap::{Neighbours, Wrap};
+use crate::texture::wrap::{Neighbours, Wrap, nearest_index};
 
 /// The colour of each lane.
 pub(super) type Colors = [Vec4; LANES];
@@ -52,33 +52,66 @@ impl Axis {
         }
         axis
     }
+}
 
+/// The level of each lane, and its size.
+struct Levels {
+    number: [u32; LANES],
+    width: [u32; LANES],
+    height: [u32; LANES],
+}
+
+impl Levels {
+    /// Those of numbers that a picture of a size has levels for.
     #[inline(always)]
-    fn get(&self, lane: usize) -> Neighbours {
-        let lane = lane % LANES;
-        Neighbours { low: self.low[lane], high: self.high[lane], fraction: self.fraction[lane] }
+    fn of(base: Level, number: [u32; LANES]) -> Self {
+        // Halves, rounded down again and again, are shifts.
+        let shifted = |size: u32| {
+            let mut sizes = [0; LANES];
+            for lane in 0..LANES {
+                sizes[lane] = (size >> (number[lane] & 31)).max(1);
+            }
+            sizes
+        };
+        Self { number, width: shifted(base.width), height: shifted(base.height) }
+    }
+
+    /// The numbers of texels within their levels, by column and row; `u64::MAX` for one outside.
+    #[inline(always)]
+    fn texels(&self, x: &[u32; LANES], y: &[u32; LANES]) -> [u64; LANES] {
+        let mut numbers = [0; LANES];
+        for lane in 0..LANES {
+            let (width, height) = (self.width[lane], self.height[lane]);
+            let number = u64::from(y[lane]) * u64::from(width) + u64::from(x[lane]);
+            let is_inside = (x[lane] < width) & (y[lane] < height);
+            numbers[lane] = if is_inside { number } else { u64::MAX };
+        }
+        numbers
     }
 }
 
-/// The lanes that have a bit in a mask.
+/// Calls `f` for the lanes that have a bit in a mask.
 #[inline(always)]
-fn lanes_in(mask: u32) -> impl Iterator<Item = usize> {
+fn for_lanes(mask: u32, mut f: impl FnMut(usize)) {
     let mut left = mask & ((1 << LANES) - 1);
-    std::iter::from_fn(move || {
-        let lane = left.trailing_zeros() as usize;
-        left &= left.wrapping_sub(1);
-        (lane < LANES).then_some(lane)
-    })
+    while left != 0 {
+        f(left.trailing_zeros() as usize % LANES);
+        left &= left - 1;
+    }
 }
 
 impl<F: Fetch> Chain<'_, F> {
     /// The colours at points by the texture's own filter.
     #[inline(always)]
     pub(super) fn magnified_block(&self, uv: &[Lanes; 2], mask: u32, colors: &mut Colors) {
-        if self.how.filter == Filter::Bilinear {
-            self.bilinear_block(uv, &[self.base.size; LANES], mask, colors);
-        } else {
-            self.one_by_one(mask, colors, |lane| self.magnified(vec2(uv[0][lane], uv[1][lane])));
+        match self.how.filter {
+            Filter::Nearest => self.nearest_block(uv, mask, colors),
+            Filter::Bilinear => {
+                self.bilinear_block(uv, &[0; LANES], mask, colors);
+            }
+            Filter::Bicubic(_) => for_lanes(mask, |lane| {
+                colors[lane] = self.magnified(vec2(uv[0][lane], uv[1][lane]));
+            }),
         }
     }
 
@@ -98,14 +131,7 @@ impl<F: Fetch> Chain<'_, F> {
             MipFilter::Anisotropic { probes } if *filter == Filter::Bilinear => {
                 self.anisotropic_block(of, *probes, mask, colors);
             }
-            _ => self.one_by_one(mask, colors, |lane| self.sample(&of.get(lane))),
-        }
-    }
-
-    #[inline(always)]
-    fn one_by_one(&self, mask: u32, colors: &mut Colors, color: impl Fn(usize) -> Vec4) {
-        for lane in lanes_in(mask) {
-            colors[lane % LANES] = color(lane);
+            _ => for_lanes(mask, |lane| colors[lane] = self.sample(&of.get(lane))),
         }
     }
 
@@ -120,53 +146,71 @@ impl<F: Fetch> Chain<'_, F> {
         Sides { dx: side(&of.dx), dy: side(&of.dy) }
     }
 
+    /// The texels in which points lie.
+    #[inline(always)]
+    fn nearest_block(&self, [u, v]: &[Lanes; 2], mask: u32, colors: &mut Colors) {
+        let (size, around) = (self.base.size, &self.how.around);
+        let x = nearest_indices(u, size.width, around.u);
+        let y = nearest_indices(v, size.height, around.v);
+        let numbers = Levels::of(size, [0; LANES]).texels(&x, &y);
+        for_lanes(mask, |lane| {
+            colors[lane] = self.base.numbered(numbers[lane]).unwrap_or(around.border);
+        });
+    }
+
     /// The bilinear means at points, each on a level of its own.
     #[inline(always)]
     fn bilinear_block(
         &self,
         [u, v]: &[Lanes; 2],
-        levels: &[Level; LANES],
+        numbers: &[u32; LANES],
         mask: u32,
         colors: &mut Colors,
     ) {
-        let (mut widths, mut heights) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let Level { width, height, .. } = levels[lane];
-            (widths[lane], heights[lane]) = (width as f32, height as f32);
-        }
+        let levels = Levels::of(self.base.size, *numbers);
+        let float = |sizes: &[u32; LANES]| {
+            let mut floats = [0.0; LANES];
+            for (float, size) in floats.iter_mut().zip(sizes) {
+                // At most 2^16; as a signed number it takes one instruction.
+                *float = *size as i32 as f32;
+            }
+            floats
+        };
         let around = &self.how.around;
-        let x = Axis::around(u, &widths, around.u);
-        let y = Axis::around(v, &heights, around.v);
-        for lane in lanes_in(mask) {
-            let texels = self.base.at(levels[lane % LANES]);
-            colors[lane % LANES] = bilinear_between(&texels, around, &x.get(lane), &y.get(lane));
-        }
+        let x = Axis::around(u, &float(&levels.width), around.u);
+        let y = Axis::around(v, &float(&levels.height), around.v);
+        let upper = [levels.texels(&x.low, &y.low), levels.texels(&x.high, &y.low)];
+        let lower = [levels.texels(&x.low, &y.high), levels.texels(&x.high, &y.high)];
+        for_lanes(mask, |lane| {
+            let start = self.level(levels.number[lane]).size.start as u64;
+            let texel = |numbers: &[u64; LANES]| {
+                let number = start.saturating_add(numbers[lane]);
+                self.base.numbered(number).unwrap_or(around.border)
+            };
+            let mixed =
+                |[low, high]: &[[u64; LANES]; 2]| mix(texel(low), texel(high), x.fraction[lane]);
+            colors[lane] = mix(mixed(&upper), mixed(&lower), y.fraction[lane]);
+        });
     }
 
     /// The trilinear means; of what is magnified, the bilinear ones.
     #[inline(always)]
     fn trilinear_block(&self, uv: &[Lanes; 2], lambdas: &Lanes, mask: u32, colors: &mut Colors) {
-        let mut finer = [self.base.size; LANES];
-        let mut coarser = finer;
-        let mut fractions = [0.0; LANES];
-        let mut between = 0;
-        for lane in lanes_in(mask) {
-            let (level, fraction) = self.levels(lambdas[lane % LANES]);
-            finer[lane % LANES] = self.level(level).size;
-            if fraction > 0.0 {
-                coarser[lane % LANES] = self.level(level + 1).size;
-                fractions[lane % LANES] = fraction;
-                between |= 1 << lane;
-            }
+        let (mut finer, mut coarser) = ([0; LANES], [0; LANES]);
+        let (mut fractions, mut between) = ([0.0; LANES], 0);
+        for lane in 0..LANES {
+            let (level, fraction) = self.levels(lambdas[lane]);
+            (finer[lane], coarser[lane], fractions[lane]) = (level, level + 1, fraction);
+            between |= u32::from(fraction > 0.0) << lane;
         }
+        between &= mask;
         self.bilinear_block(uv, &finer, mask, colors);
         if between != 0 {
             let mut others = [Vec4::ZERO; LANES];
             self.bilinear_block(uv, &coarser, between, &mut others);
-            for lane in lanes_in(between) {
-                let lane = lane % LANES;
+            for_lanes(between, |lane| {
                 colors[lane] = mix(colors[lane], others[lane], fractions[lane]);
-            }
+            });
         }
     }
 
@@ -183,34 +227,45 @@ impl<F: Fetch> Chain<'_, F> {
             [along[0][lane], along[1][lane]] = axis.to_array();
         }
         let (mut single, mut most) = (0, 0);
-        for lane in lanes_in(mask) {
+        for_lanes(mask, |lane| {
             most = counts[lane].max(most);
             single |= u32::from(counts[lane] == 1) << lane;
-        }
-        if single != 0 {
-            self.trilinear_block(&of.uv, &lambdas, single, colors);
-        }
+        });
+        // A single probe is at the middle itself; several are moved, and added up.
         let several = mask & !single;
-        if several == 0 {
-            return;
-        }
-        let (mut sums, mut probes) = ([Vec4::ZERO; LANES], [Vec4::ZERO; LANES]);
+        let mut sums = [Vec4::ZERO; LANES];
         for i in 0..most {
-            let (mut uv, mut left) = ([[0.0; LANES]; 2], 0);
+            let (mut uv, mut left) = (of.uv, 0);
             for lane in 0..LANES {
                 let t = probe_at(i, counts[lane]);
                 for axis in 0..2 {
-                    uv[axis][lane] = of.uv[axis][lane] + along[axis][lane] * t;
+                    let moved = of.uv[axis][lane] + along[axis][lane] * t;
+                    uv[axis][lane] = if counts[lane] == 1 { of.uv[axis][lane] } else { moved };
                 }
                 left |= u32::from(counts[lane] > i) << lane;
             }
-            self.trilinear_block(&uv, &lambdas, left & several, &mut probes);
-            for lane in lanes_in(left & several) {
-                sums[lane] += probes[lane];
-            }
+            let mut probes = [Vec4::ZERO; LANES];
+            self.trilinear_block(&uv, &lambdas, left & mask, &mut probes);
+            for_lanes(left & single & mask, |lane| colors[lane] = probes[lane]);
+            for_lanes(left & several, |lane| sums[lane] += probes[lane]);
         }
-        for lane in lanes_in(several) {
-            colors[lane] = sums[lane] / counts[lane] as f32;
+        for_lanes(several, |lane| colors[lane] = sums[lane] / counts[lane] as f32);
+    }
+}
+
+/// The texels that coordinates lie in, along one axis.
+#[inline(always)]
+fn nearest_indices(coordinates: &Lanes, size: u32, wrap: Wrap) -> [u32; LANES] {
+    let mut indices = [0; LANES];
+    // A loop of its own for what is most usual, whose body has no branch.
+    if wrap == Wrap::Repeat {
+        for (index, coordinate) in indices.iter_mut().zip(coordinates) {
+            *index = nearest_index(*coordinate, size, Wrap::Repeat);
+        }
+    } else {
+        for (index, coordinate) in indices.iter_mut().zip(coordinates) {
+            *index = nearest_index(*coordinate, size, wrap);
         }
     }
+    indices
 }

@@ -14,11 +14,13 @@
 //! once to the texture's own format.
 
 use glam::Vec4;
+#[cfg(feature = "parallel")]
+use rayon::prelude::*;
 
 use crate::texture::error::TextureError;
 use crate::texture::format::Samples;
 use crate::texture::light::{to_byte, to_f16, to_srgb8, to_srgb16, to_word};
-use crate::texture::texels::{Fetch, LevelTexels, Texels, with_texels};
+use crate::texture::texels::{Texels, with_texels};
 
 /// The texels of a level before they are rounded to a format.
 struct Means {
@@ -31,21 +33,24 @@ pub(super) fn with_chain(mut texels: Texels) -> Result<Texels, TextureError> {
     let mut before: Option<Means> = None;
     let mut size = (texels.base().width, texels.base().height);
     texels.drop_smaller();
+    texels.reserve_chain()?;
     while size != (1, 1) {
         let smaller = (half(size.0), half(size.1));
         let means = match &before {
             None => with_texels!(&texels, texels.base(), base => {
-                reduced(size, smaller, |y, row| decode_row(&base, y, row))?
+                reduced(size, smaller, |y, weight, sum| {
+                    for (x, sum) in (0..).zip(sum) {
+                        *sum += base.get(x, y).unwrap_or_default() * weight;
+                    }
+                })?
             }),
-            Some(Means { texels, .. }) => reduced(size, smaller, |y, row| {
-                let start = y as usize * size.0 as usize;
-                row.copy_from_slice(&texels[start..start + size.0 as usize]);
+            Some(Means { texels, .. }) => reduced(size, smaller, |y, weight, sum| {
+                let row = texels[y as usize * size.0 as usize..].iter();
+                sum.iter_mut().zip(row).for_each(|(sum, texel)| *sum += *texel * weight);
             })?,
         };
         let channels = texels.channels();
-        texels.push_level(means.size, |samples| {
-            means.texels.iter().for_each(|&texel| push(samples, channels, texel));
-        })?;
+        texels.push_level(means.size, |samples| push(samples, channels, &means.texels));
         before = Some(means);
         size = smaller;
     }
@@ -57,38 +62,53 @@ fn half(size: u32) -> u32 {
     (size / 2).max(1)
 }
 
-fn decode_row(base: &LevelTexels<impl Fetch>, y: u32, row: &mut [Vec4]) {
-    for (x, texel) in row.iter_mut().enumerate() {
-        *texel = base.get(x as u32, y).unwrap_or_default();
-    }
+/// A picture of another size; `add` adds a row of the old one, times a weight, to a list.
+fn reduced(
+    old: (u32, u32),
+    size: (u32, u32),
+    add: impl Fn(u32, f32, &mut [Vec4]) + Sync,
+) -> Result<Means, TextureError> {
+    let (width, height) = size;
+    let mut texels = Vec::new();
+    texels
+        .try_reserve_exact(width as usize * height as usize)
+        .map_err(|_| TextureError::Memory { width, height, bytes_per_texel: 16 })?;
+    texels.resize(width as usize * height as usize, Vec4::ZERO);
+    let band = |number: usize, texels: &mut [Vec4]| {
+        let mut sum = vec![Vec4::ZERO; old.0 as usize];
+        for (y, row) in (0..).zip(texels.chunks_exact_mut(width as usize)) {
+            sum.fill(Vec4::ZERO);
+            for (from, weight) in Parts::of((number * BAND) as u32 + y, old.1, height) {
+                add(from, weight, &mut sum);
+            }
+            reduce_row(&sum, row);
+        }
+    };
+    let rows = BAND * width as usize;
+    #[cfg(feature = "parallel")]
+    texels.par_chunks_mut(rows).enumerate().for_each(|(number, texels)| band(number, texels));
+    #[cfg(not(feature = "parallel"))]
+    texels.chunks_mut(rows).enumerate().for_each(|(number, texels)| band(number, texels));
+    Ok(Means { size, texels })
 }
 
-/// A picture of another size, whose rows are asked for from top to bottom.
-fn reduced(
-    (width, height): (u32, u32),
-    size: (u32, u32),
-    row: impl Fn(u32, &mut [Vec4]),
-) -> Result<Means, TextureError> {
-    let out_of_memory = |_| TextureError::Memory { width, height, bytes_per_texel: 16 };
-    let mut texels = Vec::new();
-    texels.try_reserve_exact(size.0 as usize * size.1 as usize).map_err(out_of_memory)?;
-    let mut rows = vec![Vec4::ZERO; 2 * width as usize];
-    let (sum, one) = rows.split_at_mut(width as usize);
-    for y in 0..size.1 {
-        sum.fill(Vec4::ZERO);
-        for (from, weight) in Parts::of(y, height, size.1) {
-            row(from, one);
-            for (sum, texel) in sum.iter_mut().zip(&*one) {
-                *sum += *texel * weight;
-            }
+/// The rows that a thread makes at a time.
+const BAND: usize = 64;
+
+/// Means along a row.
+fn reduce_row(sum: &[Vec4], row: &mut [Vec4]) {
+    if sum.len() == 2 * row.len() {
+        for (texel, [left, right]) in row.iter_mut().zip(sum.as_chunks().0) {
+            *texel = (*left + *right) * 0.5;
         }
-        texels.extend((0..size.0).map(|x| {
-            Parts::of(x, width, size.0)
-                .map(|(from, weight)| sum[from as usize] * weight)
-                .fold(Vec4::ZERO, |sum, part| sum + part)
-        }));
+        return;
     }
-    Ok(Means { size, texels })
+    let (old, new) = (sum.len() as u32, row.len() as u32);
+    for (x, texel) in (0..).zip(row) {
+        *texel = Parts::of(x, old, new)
+            .map(|(from, weight)| sum[from as usize] * weight)
+            .fold(Vec4::ZERO, |sum, part| sum + part);
+    }
 }
 
 /// The texels of a line of n that texel i of m covers, and their weights, whose sum is 1; m is n / 2
@@ -125,23 +145,43 @@ impl Iterator for Parts {
     }
 }
 
-/// Adds a texel to samples of a format.
-fn push(samples: &mut Samples, channels: usize, texel: Vec4) {
-    /// The channels that are kept: grey is red.
-    fn kept<T: Copy>(list: &mut Vec<T>, channels: usize, [r, g, b, alpha]: [T; 4]) {
-        match channels {
-            1 => list.push(r),
-            2 => list.extend([r, alpha]),
-            3 => list.extend([r, g, b]),
-            _ => list.extend([r, g, b, alpha]),
-        }
-    }
+/// Adds texels to samples of a format.
+fn push(samples: &mut Samples, channels: usize, texels: &[Vec4]) {
     match samples {
-        Samples::Srgb8(list) => kept(list, channels, to_srgb8(texel)),
-        Samples::Srgb16(list) => kept(list, channels, to_srgb16(texel)),
-        Samples::Unorm8(list) => kept(list, channels, texel.to_array().map(to_byte)),
-        Samples::Unorm16(list) => kept(list, channels, texel.to_array().map(to_word)),
-        Samples::F16(list) => kept(list, channels, texel.to_array().map(to_f16)),
-        Samples::F32(list) => kept(list, channels, texel.to_array()),
+        Samples::Srgb8(list) => append(list, channels, texels, to_srgb8),
+        Samples::Srgb16(list) => append(list, channels, texels, to_srgb16),
+        Samples::Unorm8(list) => append(list, channels, texels, |t| t.to_array().map(to_byte)),
+        Samples::Unorm16(list) => append(list, channels, texels, |t| t.to_array().map(to_word)),
+        Samples::F16(list) => append(list, channels, texels, |t| t.to_array().map(to_f16)),
+        Samples::F32(list) => append(list, channels, texels, |t| t.to_array()),
     }
+}
+
+/// Adds the channels of texels that are kept: grey is red.
+fn append<T: Copy + Default + Send>(
+    list: &mut Vec<T>,
+    channels: usize,
+    texels: &[Vec4],
+    samples: impl Fn(Vec4) -> [T; 4] + Sync,
+) {
+    /// The texels that a thread takes at a time.
+    const PART: usize = 1 << 14;
+    let start = list.len();
+    list.resize(start + texels.len() * channels, T::default());
+    let convert = |(list, texels): (&mut [T], &[Vec4])| {
+        for (kept, texel) in list.chunks_exact_mut(channels).zip(texels) {
+            let [r, g, b, alpha] = samples(*texel);
+            match kept {
+                [x] => *x = r,
+                [x, y] => (*x, *y) = (r, alpha),
+                [x, y, z] => (*x, *y, *z) = (r, g, b),
+                _ => kept.copy_from_slice(&[r, g, b, alpha]),
+            }
+        }
+    };
+    let list = &mut list[start..];
+    #[cfg(feature = "parallel")]
+    list.par_chunks_mut(PART * channels).zip(texels.par_chunks(PART)).for_each(convert);
+    #[cfg(not(feature = "parallel"))]
+    list.chunks_mut(PART * channels).zip(texels.chunks(PART)).for_each(convert);
 }

@@ -7,6 +7,7 @@ use crate::texture::ewa::{self, Quadratic};
 use crate::texture::level::{MOST_PROBES, MipFilter, Sides, log2};
 use crate::texture::sample::{Filter, Surroundings, bilinear, by_filter, mix};
 use crate::texture::texels::{Fetch, Level, LevelTexels, Texels};
+use crate::texture::wrap::{floor_above_minus_one, whole};
 
 /// How a texture is filtered.
 #[derive(Clone, Copy, Debug)]
@@ -108,10 +109,12 @@ impl<'t, F: Fetch> Chain<'t, F> {
     /// The finer of the two levels beside a level of detail, and how far it is to the next.
     #[inline(always)]
     pub(super) fn levels(&self, lambda: f32) -> (u32, f32) {
-        let last = self.texels.last_level();
-        // A cast cuts off the fraction, and takes what is negative for 0.
-        let level = lambda as u32;
-        if level < last { (level, (lambda - level as f32).max(0.0)) } else { (last, 0.0) }
+        let last = self.texels.last_level() as f32;
+        // NaN counts as 0.
+        let lambda = if lambda > 0.0 { lambda } else { 0.0 };
+        let lambda = if lambda < last { lambda } else { last };
+        let level = floor_above_minus_one(lambda);
+        (whole(level), lambda - level)
     }
 
     #[inline(always)]

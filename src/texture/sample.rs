@@ -57,17 +57,6 @@ pub(super) fn nearest(texels: &LevelTexels<impl Fetch>, around: &Surroundings, u
 pub(super) fn bilinear(texels: &LevelTexels<impl Fetch>, around: &Surroundings, uv: Vec2) -> Vec4 {
     let size = (texels.size.width, texels.size.height);
     let (x, y) = Neighbours::of_point(uv, size, (around.u, around.v));
-    bilinear_between(texels, around, &x, &y)
-}
-
-/// The mean of four texels.
-#[inline(always)]
-pub(super) fn bilinear_between(
-    texels: &LevelTexels<impl Fetch>,
-    around: &Surroundings,
-    x: &Neighbours,
-    y: &Neighbours,
-) -> Vec4 {
     let texel = |x, y| texels.get(x, y).unwrap_or(around.border);
     let upper = mix(texel(x.low, y.low), texel(x.high, y.low), x.fraction);
     let lower = mix(texel(x.low, y.high), texel(x.high, y.high), x.fraction);

@@ -29,13 +29,13 @@ pub(super) struct Texels {
 pub(super) struct Level {
     pub(super) width: u32,
     pub(super) height: u32,
-    start: usize,
+    pub(super) start: usize,
 }
 
 /// Texels that can be decoded by their number.
-pub(super) trait Fetch: Copy {
-    /// The texel with a number: linear light, premultiplied by alpha. Beyond the last it is clear.
-    fn fetch(self, number: usize) -> Vec4;
+pub(super) trait Fetch: Copy + Send + Sync {
+    /// The texel with a number: linear light, premultiplied by alpha; `None` beyond the last.
+    fn fetch(self, number: usize) -> Option<Vec4>;
 }
 
 /// A level with its texels.
@@ -56,8 +56,16 @@ impl<F: Fetch> LevelTexels<F> {
     #[inline(always)]
     pub(super) fn get(&self, x: u32, y: u32) -> Option<Vec4> {
         let Level { width, height, start } = self.size;
-        (x < width && y < height)
-            .then(|| self.texels.fetch(start + y as usize * width as usize + x as usize))
+        if x >= width || y >= height {
+            return None;
+        }
+        self.texels.fetch(start + y as usize * width as usize + x as usize)
+    }
+
+    /// The texel with a number among those of all levels.
+    #[inline(always)]
+    pub(super) fn numbered(&self, number: u64) -> Option<Vec4> {
+        self.texels.fetch(usize::try_from(number).unwrap_or(usize::MAX))
     }
 }
 
@@ -67,9 +75,9 @@ pub(super) struct Srgba8<'a, const OPAQUE: bool>(&'a [[u8; 4]]);
 
 impl<const OPAQUE: bool> Fetch for Srgba8<'_, OPAQUE> {
     #[inline(always)]
-    fn fetch(self, number: usize) -> Vec4 {
-        let [r, g, b, alpha] = self.0.get(number).copied().unwrap_or_default();
-        if OPAQUE { opaque_of_8([r, g, b]) } else { light_of_8([r, g, b, alpha]) }
+    fn fetch(self, number: usize) -> Option<Vec4> {
+        let [r, g, b, alpha] = *self.0.get(number)?;
+        Some(if OPAQUE { opaque_of_8([r, g, b]) } else { light_of_8([r, g, b, alpha]) })
     }
 }
 
@@ -79,8 +87,8 @@ pub(super) struct Rgba32<'a>(&'a [[f32; 4]]);
 
 impl Fetch for Rgba32<'_> {
     #[inline(always)]
-    fn fetch(self, number: usize) -> Vec4 {
-        self.0.get(number).map_or(Vec4::ZERO, |texel| Vec4::from_array(*texel))
+    fn fetch(self, number: usize) -> Option<Vec4> {
+        self.0.get(number).map(|texel| Vec4::from_array(*texel))
     }
 }
 
@@ -92,13 +100,11 @@ pub(super) struct AnyFormat<'a> {
 }
 
 impl Fetch for AnyFormat<'_> {
-    fn fetch(self, number: usize) -> Vec4 {
+    fn fetch(self, number: usize) -> Option<Vec4> {
         let Self { samples, channels } = self;
         match samples {
-            Samples::Srgb8(s) => texel(s, channels, number, u8::MAX).map_or(Vec4::ZERO, light_of_8),
-            Samples::Srgb16(s) => {
-                texel(s, channels, number, u16::MAX).map_or(Vec4::ZERO, light_of_16)
-            }
+            Samples::Srgb8(s) => texel(s, channels, number, u8::MAX).map(light_of_8),
+            Samples::Srgb16(s) => texel(s, channels, number, u16::MAX).map(light_of_16),
             Samples::Unorm8(s) => numbers(s, channels, number, u8::MAX, part_of_255),
             Samples::Unorm16(s) => numbers(s, channels, number, u16::MAX, part_of_65535),
             Samples::F16(s) => numbers(s, channels, number, F16_ONE, of_f16),
@@ -118,8 +124,8 @@ fn numbers<T: Copy>(
     number: usize,
     one: T,
     decode: impl Fn(T) -> f32,
-) -> Vec4 {
-    texel(samples, channels, number, one).map_or(Vec4::ZERO, |texel| Vec4::from(texel.map(decode)))
+) -> Option<Vec4> {
+    texel(samples, channels, number, one).map(|texel| Vec4::from(texel.map(decode)))
 }
 
 /// Red, green, blue and alpha of a texel that has 1 (grey), 2 (grey, alpha), 3 or 4 channels.
@@ -222,23 +228,28 @@ impl Texels {
         self.samples.truncate(count);
     }
 
+    /// Makes room for all levels of a chain at once.
+    pub(super) fn reserve_chain(&mut self) -> Result<(), TextureError> {
+        let (mut size, mut count) = ((self.base.width, self.base.height), 0);
+        while size != (1, 1) {
+            size = ((size.0 / 2).max(1), (size.1 / 2).max(1));
+            count += size.0 as usize * size.1 as usize * self.channels;
+        }
+        let Level { width, height, .. } = self.base;
+        let bytes_per_texel = self.channels * self.samples.format().bytes();
+        let out_of_memory = |_| TextureError::Memory { width, height, bytes_per_texel };
+        self.samples.try_reserve(count).map_err(out_of_memory)
+    }
+
     /// Adds a level, whose samples `push` adds to those that there are.
     pub(super) fn push_level(
         &mut self,
         (width, height): (u32, u32),
         push: impl FnOnce(&mut Samples),
-    ) -> Result<(), TextureError> {
+    ) {
         let start = self.samples.len() / self.channels;
-        let count = width as usize * height as usize * self.channels;
-        let bytes_per_texel = self.channels * self.samples.format().bytes();
-        self.samples.try_reserve(count).map_err(|_| TextureError::Memory {
-            width,
-            height,
-            bytes_per_texel,
-        })?;
         push(&mut self.samples);
         self.smaller.push(Level { width, height, start });
-        Ok(())
     }
 
     /// The samples of all levels.

@@ -93,7 +93,7 @@ impl Neighbours {
             // A mirror shows the edge texel beside itself, which is what clamping does.
             _ => (if low < 0.0 { 0.0 } else { low }, if high > last { last } else { high }),
         };
-        Self { low: index(low), high: index(high), fraction }
+        Self { low: whole(low), high: whole(high), fraction }
     }
 
     /// Those on both sides of a coordinate, which may be outside the picture.
@@ -174,7 +174,7 @@ pub(super) fn floor(x: f32) -> f32 {
 
 /// [`floor`] of a number from -1 to 2^16, for which that is less work.
 #[inline(always)]
-fn floor_above_minus_one(x: f32) -> f32 {
+pub(super) fn floor_above_minus_one(x: f32) -> f32 {
     let rounded = (x + HALF_MORE) - HALF_MORE;
     if rounded > x { rounded - 1.0 } else { rounded }
 }
@@ -183,7 +183,7 @@ fn floor_above_minus_one(x: f32) -> f32 {
 ///
 /// In `f32` that product may round up to the line between two texels. Here it is an `f64`, which has
 /// room for the 24 bits of any `f32` beside the 17 of a size, so that nothing is rounded.
-#[inline]
+#[inline(always)]
 pub(super) fn nearest_index(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
     let (last, size) = (size - 1, f64::from(size));
     match wrap {
@@ -236,8 +236,8 @@ fn wrapped(coordinate: f32, wrap: Wrap) -> f32 {
 /// 2^23 plus the number has it in its lowest mantissa bits. An `as` cast would spend several
 /// instructions on NaN and on numbers out of range, which do not occur here.
 #[inline]
-fn index(whole: f32) -> u32 {
-    (whole + 8_388_608.0).to_bits() & 0xFFFF
+pub(super) fn whole(number: f32) -> u32 {
+    (number + WHOLE).to_bits() & 0xFFFF
 }
 
 #[cfg(test)]
