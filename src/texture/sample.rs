@@ -57,9 +57,21 @@ pub(super) fn nearest(texels: &LevelTexels<impl Fetch>, around: &Surroundings, u
 pub(super) fn bilinear(texels: &LevelTexels<impl Fetch>, around: &Surroundings, uv: Vec2) -> Vec4 {
     let size = (texels.size.width, texels.size.height);
     let (x, y) = Neighbours::of_point(uv, size, (around.u, around.v));
-    let texel = |x, y| texels.get(x, y).unwrap_or(around.border);
-    let upper = mix(texel(x.low, y.low), texel(x.high, y.low), x.fraction);
-    let lower = mix(texel(x.low, y.high), texel(x.high, y.high), x.fraction);
+    let has_border = around.u == Wrap::Border || around.v == Wrap::Border;
+    let start = |row: u32| texels.size.start as u64 + u64::from(row) * u64::from(size.0);
+    let mixed = |row: u32, start: u64| {
+        let texel = |column: u32| {
+            // Without a border all are inside.
+            let texel = if has_border {
+                texels.get(column, row)
+            } else {
+                texels.numbered(start + u64::from(column))
+            };
+            texel.unwrap_or(around.border)
+        };
+        mix(texel(x.low), texel(x.high), x.fraction)
+    };
+    let (upper, lower) = (mixed(y.low, start(y.low)), mixed(y.high, start(y.high)));
     mix(upper, lower, y.fraction)
 }
 
