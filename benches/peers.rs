@@ -12,6 +12,9 @@
 //! instructions to use: sse2, sse4.2, avx2 or avx512, and with the feature `fallback` also fallback,
 //! which is none. With `DUMP` set, each picture is written to the folder as a PPM file.
 //!
+//! `FILTER` has the textured scenes drawn through a `Texture` of 8-bit sRGB instead of a table: nearest,
+//! bilinear, trilinear or anisotropic, by 16 probes.
+//!
 //! `w1_equal` is the quad of w1 with its vertices divided by w: the same pixels, without a division.
 //!
 //! # Against rivals
@@ -34,7 +37,9 @@ use std::process::Command;
 use std::time::Instant;
 
 use fearless_simd::Level;
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec3, Vec4};
+use polyscan::color::Color;
+use polyscan::texture::{Filter, MipFilter, Samples, Texture};
 use polyscan::{ClipSpace, Cull, Framebuffer, Mesh, Vertex, ZBufferRenderer};
 
 const SCENES: [&str; 11] =
@@ -183,13 +188,16 @@ fn median(times: &mut [f64]) -> f64 {
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
+/// Draws the triangles of a scene, given their vertices in clip space.
+type Draw<'d, const N: usize> =
+    &'d mut dyn FnMut(&mut ZBufferRenderer<N>, &mut Framebuffer<u32>, &[Vertex<N>]);
+
 /// Times frames: clearing and drawing apart.
-fn run<const N: usize>(
+fn time_frames<const N: usize>(
     folder: &Path,
     name: &str,
     scene: &Scene,
-    shade: impl Fn(&[f32; N]) -> u32 + Sync,
-    look_up: impl Fn(u32) -> u32 + Sync,
+    draw: Draw<'_, N>,
 ) -> Result<(), Box<dyn Error>> {
     let mut frame = Framebuffer::new(scene.width, scene.height, 0u32)?;
     let mut renderer = ZBufferRenderer::<N>::new(frame.viewport());
@@ -197,7 +205,6 @@ fn run<const N: usize>(
     renderer.settings.clip_space = ClipSpace::MinusOneToOne;
     renderer.settings.cull = if scene.cull { Cull::Back } else { Cull::None };
     let mut vertices = Vec::new();
-    let per_fragment = std::env::var_os("PER_FRAGMENT").is_some();
     let budget = std::env::var("PB_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(900.0);
     let (mut clears, mut renders, mut totals) = (Vec::new(), Vec::new(), Vec::new());
     let start = Instant::now();
@@ -207,25 +214,7 @@ fn run<const N: usize>(
         frame.clear(0, 1.0);
         let cleared = Instant::now();
         scene.transform(&mut vertices);
-        if per_fragment {
-            renderer.draw(&mut frame, Mesh::new(&vertices, &scene.triangles), |f| {
-                look_up(shade(&f.params))
-            });
-        } else {
-            renderer.draw_blocks(
-                &mut frame,
-                Mesh::new(&vertices, &scene.triangles),
-                |block, colors| {
-                    for (lane, color) in colors.iter_mut().enumerate() {
-                        *color = shade(&std::array::from_fn(|i| block.params[i][lane]));
-                    }
-                    // Looked up in a loop of its own: the first can be SIMD where this one can not.
-                    for color in colors {
-                        *color = look_up(*color);
-                    }
-                },
-            );
-        }
+        draw(&mut renderer, &mut frame, &vertices);
         renders.push(milliseconds(cleared));
         totals.push(milliseconds(begin));
         clears.push(totals[totals.len() - 1] - renders[renders.len() - 1]);
@@ -243,6 +232,76 @@ fn run<const N: usize>(
         renders.len(),
     );
     Ok(())
+}
+
+fn run<const N: usize>(
+    folder: &Path,
+    name: &str,
+    scene: &Scene,
+    shade: impl Fn(&[f32; N]) -> u32 + Sync,
+    look_up: impl Fn(u32) -> u32 + Sync,
+) -> Result<(), Box<dyn Error>> {
+    let per_fragment = std::env::var_os("PER_FRAGMENT").is_some();
+    time_frames(folder, name, scene, &mut |renderer, frame, vertices| {
+        if per_fragment {
+            renderer
+                .draw(frame, Mesh::new(vertices, &scene.triangles), |f| look_up(shade(&f.params)));
+        } else {
+            renderer.draw_blocks(frame, Mesh::new(vertices, &scene.triangles), |block, colors| {
+                for (lane, color) in colors.iter_mut().enumerate() {
+                    *color = shade(&std::array::from_fn(|i| block.params[i][lane]));
+                }
+                // Looked up in a loop of its own: the first can be SIMD where this one can not.
+                for color in colors {
+                    *color = look_up(*color);
+                }
+            });
+        }
+    })
+}
+
+/// A textured scene by a filter of the library's own.
+fn run_filtered(
+    folder: &Path,
+    name: &str,
+    scene: &Scene,
+    texture: &Texture,
+) -> Result<(), Box<dyn Error>> {
+    let code = |color: Vec4| u32::from_le_bytes(color.to_srgb8());
+    let is_level_0 = texture.level_count() == 1;
+    let per_fragment = std::env::var_os("PER_FRAGMENT").is_some();
+    time_frames::<2>(folder, name, scene, &mut |renderer, frame, vertices| {
+        let mesh = Mesh::new(vertices, &scene.triangles);
+        match (per_fragment, is_level_0) {
+            (true, true) => renderer.draw(frame, mesh, |f| code(texture.sample(f.params.into()))),
+            (true, false) => {
+                renderer.draw(frame, mesh, |f| code(texture.sample_footprint(&f.footprint(0, 1))));
+            }
+            (false, true) => renderer.draw_blocks(frame, mesh, |block, colors| {
+                *colors = texture.sample_block(&block.params, block.visible).map(code);
+            }),
+            (false, false) => renderer.draw_blocks(frame, mesh, |block, colors| {
+                let of = block.footprint(0, 1);
+                *colors = texture.sample_footprint_block(&of, block.visible).map(code);
+            }),
+        }
+    })
+}
+
+/// The scenes' texture by the filter that `FILTER` names.
+fn filtered(texels: &[u32], filter: &str) -> Result<Texture, Box<dyn Error>> {
+    let bytes = texels.iter().flat_map(|texel| texel.to_le_bytes()).collect();
+    let texture = Texture::from_samples(512, 512, 4, Samples::Srgb8(bytes))?;
+    Ok(match filter {
+        "nearest" => texture.with_filter(Filter::Nearest),
+        "bilinear" => texture,
+        "trilinear" => texture.with_mipmaps()?,
+        "anisotropic" => {
+            texture.with_mipmaps()?.with_mip_filter(MipFilter::Anisotropic { probes: 16 })
+        }
+        _ => return Err("FILTER is nearest, bilinear, trilinear or anisotropic".into()),
+    }
+    .with_simd_level(level()?))
 }
 
 fn dump(path: &Path, frame: &Framebuffer<u32>) -> Result<(), Box<dyn Error>> {
@@ -335,6 +394,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let texels = words(&folder.join("tex.bin"))?;
                 let texture: &[u32; 512 * 512] =
                     texels.first_chunk().ok_or("tex.bin is not 512 x 512")?;
+                if let Ok(filter) = std::env::var("FILTER") {
+                    run_filtered(&folder, name, &scene, &filtered(texture, &filter)?)?;
+                    continue;
+                }
                 run(
                     &folder,
                     name,

@@ -95,7 +95,7 @@ fn render(
     let faces: Vec<Face<'_>> = model.faces().collect();
     let shader = |fragment: &Fragment<'_, { Surface::LEN }>| {
         let material = faces[fragment.face as usize].material;
-        shade(model, material, &Surface::from(fragment.params), &lamp)
+        shade(model, material, fragment, &lamp)
     };
     let cull = if options.cull { Cull::Back } else { Cull::None };
     if model.has_transparency() {

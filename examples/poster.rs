@@ -73,7 +73,7 @@ fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
     let faces: Vec<Face<'_>> = model.faces().collect();
     let shader = |fragment: &Fragment<'_, { Surface::LEN }>| {
         let material = faces[fragment.face as usize].material;
-        shade(model, material, &Surface::from(fragment.params), &lamp)
+        shade(model, material, fragment, &lamp)
     };
 
     let bar = ProgressBar::new(height.into())

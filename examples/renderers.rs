@@ -148,15 +148,15 @@ fn compare(
     for (renderer, name) in RENDERERS {
         let mut frame = Framebuffer::new(width, height, BACKGROUND)?;
         let shaded = AtomicU64::new(0);
-        part.draw(renderer, &mut frame, |face, surface| {
+        part.draw(renderer, &mut frame, |face, fragment| {
             shaded.fetch_add(1, Ordering::Relaxed);
-            scene.shade(face, surface, &lamp)
+            scene.shade(face, fragment, &lamp)
         });
         let mut runs: Vec<f64> = Vec::new();
         for _ in 0..times {
             let start = Instant::now();
             frame.clear(BACKGROUND, 1.0);
-            part.draw(renderer, &mut frame, |face, surface| scene.shade(face, surface, &lamp));
+            part.draw(renderer, &mut frame, |face, fragment| scene.shade(face, fragment, &lamp));
             runs.push(milliseconds(start));
             bar.inc(1);
         }
@@ -241,11 +241,11 @@ impl Part<'_> {
         &self,
         renderer: Renderer,
         frame: &mut Framebuffer<Vec4>,
-        shader: impl Fn(usize, Surface) -> Over + Sync,
+        shader: impl Fn(usize, &Fragment<'_, N>) -> Over + Sync,
     ) {
         let (scene, matrix) = (self.scene, self.clip_from_object);
         let faces = &scene.faces[..self.faces];
-        let shade = |f: &Fragment<'_, N>| shader(f.face as usize, f.params.into());
+        let shade = |f: &Fragment<'_, N>| shader(f.face as usize, f);
         if renderer == Renderer::Painter {
             PainterRenderer::new(frame.viewport()).draw(frame, self.tree.seen_by(matrix), shade);
             return;
@@ -270,7 +270,7 @@ impl Part<'_> {
                 z_buffer.depth_write = false;
                 let sorted = panes.iter().map(|&face| &faces[face]);
                 z_buffer.draw(frame, Mesh::new(&vertices, sorted), |f| {
-                    shader(panes[f.face as usize], f.params.into())
+                    shader(panes[f.face as usize], f)
                 });
             }
             Renderer::Painter | Renderer::Scanline => {
@@ -377,11 +377,12 @@ impl<'a> Scene<'a> {
     }
 
     /// The colour of a face. What is opaque has the alpha 1, and covers.
-    fn shade(&self, face: usize, surface: Surface, lamp: &Lamp) -> Over {
+    fn shade(&self, face: usize, fragment: &Fragment<'_, N>, lamp: &Lamp) -> Over {
+        let surface = Surface::from(fragment.params);
         let color = match self.looks[face] {
             Look::Paint(color) => color,
             Look::Glass(tint) => return glass(tint, surface.uv),
-            Look::Model(material) => return shade(self.model, material, &surface, lamp),
+            Look::Model(material) => return shade(self.model, material, fragment, lamp),
         };
         Over((color * lamp.lit(&surface)).extend(1.0))
     }

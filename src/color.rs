@@ -36,8 +36,10 @@ pub fn encode(light: f32) -> u8 {
     // Written as comparisons so that NaN fails the first and becomes black.
     let light = if light > DARKEST { light } else { DARKEST };
     let light = if light < BRIGHTEST { light } else { BRIGHTEST };
-    let code = CELLS[(light.to_bits() >> CELL_SHIFT) as usize - FIRST_CELL];
-    code + u8::from(light >= THRESHOLDS[usize::from(code)])
+    // The remainder is of no effect, and saves a check of the index.
+    let cell = ((light.to_bits() >> CELL_SHIFT) as usize - FIRST_CELL) % CELL_ROOM;
+    let Cell { threshold, code } = CELLS[cell];
+    code as u8 + u8::from(light >= threshold)
 }
 
 /// A colour that a framebuffer can show as 8-bit sRGB with alpha.
@@ -80,14 +82,18 @@ impl Color for Vec4 {
     /// Alpha is clamped to 1; where it is 0, negative or NaN the colour is clear black.
     #[inline]
     fn to_srgb8(self) -> [u8; 4] {
-        if self.w > 0.0 {
-            let alpha = self.w.min(1.0);
-            let [r, g, b, _] = (self.truncate() / alpha).to_srgb8();
-            // At most 255.5, which the cast cuts to 255.
-            [r, g, b, (alpha * 255.0 + 0.5) as u8]
-        } else {
-            [0; 4]
-        }
+        if self.w >= 1.0 { self.truncate().to_srgb8() } else { straight_srgb8(self) }
+    }
+}
+
+/// The code of a colour that is not opaque.
+fn straight_srgb8(color: Vec4) -> [u8; 4] {
+    let alpha = color.w;
+    if alpha > 0.0 {
+        let [r, g, b, _] = (color.truncate() / alpha).to_srgb8();
+        [r, g, b, (alpha * 255.0 + 0.5) as u8]
+    } else {
+        [0; 4]
     }
 }
 
@@ -132,7 +138,7 @@ static DECODED: [f32; 256] = {
 
 /// For each code the least `f32` that rounds to a higher one: the light half way, on the scale of
 /// codes, to the next code. Nothing is above 255.
-static THRESHOLDS: [f32; 256] = {
+const THRESHOLDS: [f32; 256] = {
     let mut table = [f32::INFINITY; 256];
     let mut code = 0;
     while code < 255 {
@@ -156,10 +162,20 @@ const BRIGHTEST: f32 = 1.0_f32.next_down();
 const FIRST_CELL: usize = (DARKEST.to_bits() >> CELL_SHIFT) as usize;
 /// 13 octaves of 128 cells.
 const CELL_COUNT: usize = 13 << 7;
+/// The power of two above.
+const CELL_ROOM: usize = 2048;
 
-/// The code of the least light in each cell.
-static CELLS: [u8; CELL_COUNT] = {
-    let mut table = [0; CELL_COUNT];
+/// What is known of the lights in a cell.
+#[derive(Clone, Copy)]
+struct Cell {
+    /// From here on they have the next code.
+    threshold: f32,
+    /// The code of the least of them.
+    code: u32,
+}
+
+static CELLS: [Cell; CELL_ROOM] = {
+    let mut table = [Cell { threshold: f32::INFINITY, code: 0 }; CELL_ROOM];
     let mut code = 0;
     let mut cell = 0;
     while cell < CELL_COUNT {
@@ -168,7 +184,7 @@ static CELLS: [u8; CELL_COUNT] = {
         while start >= THRESHOLDS[code as usize] {
             code += 1;
         }
-        table[cell] = code;
+        table[cell] = Cell { threshold: THRESHOLDS[code as usize], code };
         assert!(code == 255 || end <= THRESHOLDS[code as usize + 1], "two thresholds in one cell");
         cell += 1;
     }

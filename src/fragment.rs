@@ -17,7 +17,9 @@
 //! the pixel alone, and a picture is the same to the bit however it is cut into tiles.
 
 pub(crate) mod block;
+mod footprint;
 mod pixel;
 
 pub use self::block::{LANES, Lanes};
+pub use self::footprint::{Footprint, FootprintBlock};
 pub use self::pixel::{Fragment, FragmentBlock};

@@ -61,7 +61,7 @@
 //! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon` |
 //! | `primitive` | a polygon ready for its rows: the one place where one is prepared |
 //! | [`parameter_matrix`] | the paper's equation (1) |
-//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16, and what a shader sees, `fragment::pixel` |
+//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel` |
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
 //!
@@ -87,7 +87,7 @@
 //!
 //! | module | what it does |
 //! |---|---|
-//! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::texels`; decoded by `texture::light` from `texture::picture`s and `texture::file`s; `texture::wrap` finds the texels at a point, `texture::sample` the colour |
+//! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::format`s, decoded by `texture::light`; the `texture::texels` of `texture::picture`s and `texture::file`s; `texture::wrap` finds those at a point, `texture::sample` the colour, by a `texture::cubic` too; the `texture::chain` of smaller pictures, the `texture::level` that a pixel needs, `texture::ewa`, and `texture::minify`, which filters what it sees, `texture::block`s at once |
 //! | [`camera`] | a camera that sees the whole of an object, by the `camera::sphere` around it |
 //! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them; `model::normals` that they lack |
 //! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s; `obj::lines`, `obj::notes` of what is left out, `obj::vertex_color`s and the `obj::geometry` of the text; bytes from `obj::file`s, `obj::warning`s, files for names by `obj::paths`; `obj::map_options` and `obj::mtl` files, `obj::materials`; and `obj::read`, which joins them |
@@ -218,7 +218,7 @@ pub use glam;
 
 pub use self::camera::Camera;
 pub use self::coverage::FillRule;
-pub use self::fragment::{Fragment, FragmentBlock};
+pub use self::fragment::{Footprint, FootprintBlock, Fragment, FragmentBlock};
 #[cfg(feature = "model")]
 pub use self::model::Model;
 pub use self::outline::Outline;

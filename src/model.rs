@@ -8,10 +8,11 @@
 //! - `model::normals` finds the normals that the files do not give;
 //! - `model::faces` keeps polygons by their `model::material`s.
 
-use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat4, Vec3, Vec4};
 
 use crate::camera::{Camera, Sphere};
-use crate::texture::Texture;
+use crate::fragment::Footprint;
+use crate::texture::{MipFilter, Texture, TextureError};
 use crate::vertex::Vertex;
 
 mod vertex;
@@ -64,6 +65,16 @@ impl Model {
         Self { vertices, materials, textures, origin, faces }
     }
 
+    /// The same model, whose textures have mip chains and are filtered so where they are made smaller.
+    ///
+    /// # Errors
+    /// [`TextureError::Memory`] if the machine has no room for the chains.
+    pub fn with_mip_filter(mut self, mip_filter: MipFilter) -> Result<Self, TextureError> {
+        let filtered = |texture: Texture| Ok(texture.with_mipmaps()?.with_mip_filter(mip_filter));
+        self.textures = self.textures.into_iter().map(filtered).collect::<Result<_, _>>()?;
+        Ok(self)
+    }
+
     /// Whether any of the materials is transparent, so that the order of faces matters.
     #[must_use]
     pub fn has_transparency(&self) -> bool {
@@ -72,7 +83,8 @@ impl Model {
 
     /// The colour of a face at a point, by [`Material::color_at`]: linear light, premultiplied by alpha.
     ///
-    /// `uv` and `color` are those of the vertices, interpolated. A material that does not exist is white.
+    /// `seen` is the fragment's [footprint](crate::Fragment::footprint) in texture coordinates, `color` the
+    /// colour of the vertices, interpolated. A material that does not exist is white.
     ///
     /// ```
     /// # let folder = tempfile::tempdir()?;
@@ -100,16 +112,17 @@ impl Model {
     /// let mesh = Mesh::new(&vertices, &faces).with_transparent(&is_transparent);
     /// let mut frame = Framebuffer::new(320, 240, Vec4::ONE)?;
     /// ScanlineRenderer::new(frame.viewport()).draw(&mut frame, mesh, |fragment| {
-    ///     let Surface { uv, color } = fragment.params.into();
-    ///     Over(model.color_at(faces[fragment.face as usize].material, uv, color))
+    ///     let Surface { color, .. } = fragment.params.into();
+    ///     let material = faces[fragment.face as usize].material;
+    ///     Over(model.color_at(material, &fragment.footprint(0, 1), color))
     /// });
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[inline]
     #[must_use]
-    pub fn color_at(&self, material: usize, uv: Vec2, color: Vec4) -> Vec4 {
+    pub fn color_at(&self, material: usize, seen: &Footprint, color: Vec4) -> Vec4 {
         match self.materials.get(material) {
-            Some(material) => material.color_at(&self.textures, uv, color),
+            Some(material) => material.color_at(&self.textures, seen, color),
             None => Vec4::ONE,
         }
     }

@@ -168,8 +168,7 @@ impl<'a, const N: usize> Span<'a, N> {
         let SpanLines { values, inv_w, s } = &self.lines;
         let block = Block::in_row(simd, 0, (x - values.x[0]) as f32);
         fragments.depth = block.depth(&self.surface, values).into();
-        let FragmentBlock { w, params, .. } = &mut fragments;
-        block.any(&self.surface, inv_w, s, w, params);
+        block.any(&self.surface, inv_w, s, fragments.found());
         fragments
     }
 }

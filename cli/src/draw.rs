@@ -56,10 +56,18 @@ impl<'a> Scene<'a> {
         Self { model, vertices, faces: model.faces().collect(), view, lamp: view.lamp() }
     }
 
+    /// The colour of a surface in white light.
+    fn color(&self, fragment: &Fragment<'_, N>) -> Vec4 {
+        let Surface { color, .. } = fragment.params.into();
+        let material = self.faces[fragment.face as usize].material;
+        // The texture coordinates are the first two of the surface's values.
+        self.model.color_at(material, &fragment.footprint(0, 1), color)
+    }
+
     /// The colour of a surface: lit alike from both sides, for many files have faces that are turned over.
     fn shade(&self, fragment: &Fragment<'_, N>) -> Over {
-        let Surface { uv, normal, color } = fragment.params.into();
-        let color = self.model.color_at(self.faces[fragment.face as usize].material, uv, color);
+        let Surface { normal, .. } = fragment.params.into();
+        let color = self.color(fragment);
         let light = 0.2 + 0.8 * normal.normalize_or_zero().dot(self.lamp).abs();
         Over((color.truncate() * light).extend(color.w))
     }
@@ -106,8 +114,8 @@ impl<'a> Scene<'a> {
         let mesh = Mesh::new(&self.vertices, &self.faces);
         let turn: Mat3 = self.view.axes.transpose();
         ZBufferRenderer::new(frame.viewport()).draw(&mut frame, mesh, |f: &Fragment<'_, N>| {
-            let Surface { uv, normal, color } = f.params.into();
-            let color = self.model.color_at(self.faces[f.face as usize].material, uv, color);
+            let Surface { normal, .. } = f.params.into();
+            let color = self.color(f);
             let normal = (turn * normal).normalize_or_zero();
             (color.w > 0.0).then_some(Seen { face: f.face + 1, distance: f.w, normal })
         });

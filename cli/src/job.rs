@@ -10,6 +10,7 @@ use polyscan::color::Color as _;
 use polyscan::formats::{Format, Loaded, Loader};
 use polyscan::glam::{Vec3, Vec4};
 use polyscan::render::PngFile;
+use polyscan::texture::MipFilter;
 use polyscan::{Framebuffer, Viewport};
 use serde_json::json;
 
@@ -110,7 +111,9 @@ impl Job {
         } else {
             loader.load(&self.model)
         };
-        let loaded = loaded.map_err(|error| error.to_string())?;
+        let mut loaded = loaded.map_err(|error| error.to_string())?;
+        let filtered = loaded.model.with_mip_filter(MipFilter::Anisotropic { probes: 16 });
+        loaded.model = filtered.map_err(|error| error.to_string())?;
         let load_seconds = start.elapsed().as_secs_f64();
 
         let start = Instant::now();

@@ -7,7 +7,8 @@ use polyscan::glam::{Mat4, Vec2, Vec3, Vec4, vec3};
 use polyscan::model::Model;
 use polyscan::obj::Loader;
 use polyscan::render::Over;
-use polyscan::{Camera, Vertex, record};
+use polyscan::texture::MipFilter;
+use polyscan::{Camera, Fragment, Vertex, record};
 
 use crate::cli;
 
@@ -59,13 +60,13 @@ pub(crate) fn parse_size(text: &str, most: u32) -> Result<(u32, u32), String> {
     Ok((cli::number(width, 1..=most)?, cli::number(height, 1..=most)?))
 }
 
-/// Loads a model; what is strange about it goes to the standard error.
+/// Loads a model, whose textures are to be filtered; what is strange about it goes to the standard error.
 pub(crate) fn load(loader: &Loader, path: &Path) -> Result<Model, Box<dyn Error>> {
     let loaded = loader.load(path)?;
     for warning in &loaded.warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(loaded.model)
+    Ok(loaded.model.with_mip_filter(MipFilter::Anisotropic { probes: 16 })?)
 }
 
 record! {
@@ -103,8 +104,15 @@ impl Lamp {
     }
 }
 
-/// The colour of a surface of a material under a lamp: linear light, premultiplied by alpha.
-pub(crate) fn shade(model: &Model, material: usize, surface: &Surface, lamp: &Lamp) -> Over {
-    let color = model.color_at(material, surface.uv, surface.color);
-    Over((color.truncate() * lamp.lit(surface)).extend(color.w))
+/// The colour of a fragment of a material under a lamp: linear light, premultiplied by alpha.
+pub(crate) fn shade(
+    model: &Model,
+    material: usize,
+    fragment: &Fragment<'_, { Surface::LEN }>,
+    lamp: &Lamp,
+) -> Over {
+    let surface = Surface::from(fragment.params);
+    // The texture coordinates are the first two of the surface's values.
+    let color = model.color_at(material, &fragment.footprint(0, 1), surface.color);
+    Over((color.truncate() * lamp.lit(&surface)).extend(color.w))
 }

@@ -186,13 +186,14 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         surface: &SurfaceView<'_>,
         inv_w: &L,
         s: &[L; N],
-        w: &mut Lanes,
-        params: &mut [Lanes; N],
+        found: Found<'_, N>,
     ) {
+        let Found { w, per_w, params } = found;
         // Where a pixel centre lies outside the polygon, by the rounding of its outline, 1/w may
         // leave its range. It is not brought back: s is not either, so that r keeps to its plane.
         let per_unit = reciprocal(self.along(inv_w));
         *w = clamped(per_unit * surface.base.w_unit as f32, surface.base.w.range()).into();
+        *per_w = per_unit.into();
         for (param, line) in params.iter_mut().zip(s) {
             *param = (self.along(line) * per_unit).into();
         }
@@ -217,12 +218,14 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         surface: &SurfaceView<'_>,
         inv_w: &L,
         s: &[L; N],
-        w: &mut Lanes,
-        params: &mut [Lanes; N],
+        found: Found<'_, N>,
     ) {
+        let Found { w, per_w, params } = found;
         *w = [surface.base.w.range().0; LANES];
         let mixed = match (surface.base.divide, surface.mixed) {
-            (Divide::PerPixel, _) => return self.divided(surface, inv_w, s, w, params),
+            (Divide::PerPixel, _) => {
+                return self.divided(surface, inv_w, s, Found { w, per_w, params });
+            }
             (Divide::Mixed, Some(mixed)) => mixed,
             _ => return self.undivided(s, params),
         };
@@ -245,6 +248,15 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
             }
         }
     }
+}
+
+/// Where the values of a block's pixels go.
+pub(crate) struct Found<'f, const N: usize> {
+    /// The w of clip space.
+    pub(crate) w: &'f mut Lanes,
+    /// The reciprocal of 1/w, in the polygon's unit, as it is.
+    pub(crate) per_w: &'f mut Lanes,
+    pub(crate) params: &'f mut [Lanes; N],
 }
 
 /// One value in the lower half of the lanes, another in the upper.

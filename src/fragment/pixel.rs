@@ -1,9 +1,12 @@
 //! What a shader is given: one fragment, or a block of them as arrays.
 
+use glam::Vec2;
+
 use crate::coverage::Run;
 use crate::coverage::run::RunGroup;
-use crate::fragment::block::{HALF_BLOCK, LANES, Lanes};
-use crate::surface::mixed::Component;
+use crate::fragment::block::{Found, HALF_BLOCK, LANES, Lanes};
+use crate::fragment::footprint::{Footprint, FootprintBlock};
+use crate::surface::base::Divide;
 use crate::surface::rows::SurfaceView;
 
 /// A pixel that a polygon covers.
@@ -26,6 +29,8 @@ pub struct Fragment<'a, const N: usize> {
     pub w: f32,
     /// The parameters r_1 .. r_N.
     pub params: [f32; N],
+    /// The reciprocal of 1/w, in the polygon's unit, as it is.
+    per_w: f32,
     origin: Origin<'a>,
 }
 
@@ -44,31 +49,64 @@ impl Origin<'_> {
 }
 
 impl<const N: usize> Fragment<'_, N> {
-    /// The parameters' exact derivatives with respect to screen x (to the right) and screen y
-    /// (down), per pixel, from the planes of s and 1/w by the quotient rule; no neighbouring pixel is
-    /// involved.
+    /// The parameters' derivatives with respect to screen x (to the right) and screen y (down), per
+    /// pixel; see [`derivative`](Self::derivative).
     #[must_use]
     pub fn derivatives(&self) -> ([f32; N], [f32; N]) {
-        let Origin { surface, .. } = self.origin;
-        let run = self.origin.run();
-        let x = self.x.wrapping_sub(surface.base.corner.0);
-        let inv_w = surface.at(Component::InvW, x, &run);
-        let (_, inv_w_dx) = surface.along(Component::InvW, &run);
-        let inv_w_dy = surface.downwards(Component::InvW, x, &run);
         let (mut dx, mut dy) = ([0.0; N], [0.0; N]);
         for (i, (dx, dy)) in dx.iter_mut().zip(&mut dy).enumerate() {
-            let component = Component::S(i);
-            let (_, s_dx) = surface.along(component, &run);
-            let s_dy = surface.downwards(component, x, &run);
-            if surface.times_w(i) {
-                let r = surface.at(component, x, &run) / inv_w;
-                *dx = ((s_dx - r * inv_w_dx) / inv_w) as f32;
-                *dy = ((s_dy - r * inv_w_dy) / inv_w) as f32;
-            } else {
-                (*dx, *dy) = (s_dx as f32, s_dy as f32);
-            }
+            [*dx, *dy] = self.derivative(i);
         }
         (dx, dy)
+    }
+
+    /// The derivatives of parameter `i` with respect to screen x (to the right) and screen y (down), per
+    /// pixel; 0 if there is no such parameter.
+    ///
+    /// They come from the planes of s and 1/w by the quotient rule, without a neighbouring pixel, and
+    /// are exact to 1e-5 of the larger of the two. For r = s / q and planes s and q,
+    ///
+    /// ```text
+    /// dr/dx = (s_x q - s q_x) / q^2        dr/dy = (s_y q - s q_y) / q^2
+    /// ```
+    ///
+    /// where the first numerator is the same all along a row, and the second all along a column.
+    ///
+    /// Where a polygon of four or more sides carries what is not affine on it, s and q are interpolated
+    /// along the edges and across the row: s_x and q_x are then their changes along the row, exactly,
+    /// and s_y and q_y their changes to the next row at the same x, as long as that row is between the
+    /// same two edges.
+    #[must_use]
+    pub fn derivative(&self, i: usize) -> [f32; 2] {
+        let Origin { surface, runs, row } = self.origin;
+        if i >= N {
+            return [0.0; 2];
+        }
+        let x = self.x.wrapping_sub(surface.base.corner.0);
+        match surface.base.divide {
+            _ if surface.needs_edges() => surface.mixed_slopes(i, x, &self.origin.run()),
+            Divide::PerPixel => {
+                let slopes = surface.slopes(i);
+                let along_x = slopes.numerator_x(runs.y + row as i32);
+                let along_y = slopes.numerator_y(x);
+                [along_x, along_y].map(|numerator| numerator * self.per_w * self.per_w)
+            }
+            Divide::Never => surface.undivided_slopes(i),
+            Divide::Mixed => surface.mixed_slopes(i, x, &self.origin.run()),
+        }
+    }
+
+    /// The texture coordinate (r_u, r_v) with its derivatives, of parameters `u` and `v`: what a texture
+    /// has to know to filter.
+    #[must_use]
+    pub fn footprint(&self, u: usize, v: usize) -> Footprint {
+        let param = |i: usize| self.params.get(i).copied().unwrap_or(0.0);
+        let ([dudx, dudy], [dvdx, dvdy]) = (self.derivative(u), self.derivative(v));
+        Footprint {
+            uv: Vec2::new(param(u), param(v)),
+            dx: Vec2::new(dudx, dvdx),
+            dy: Vec2::new(dudy, dvdy),
+        }
     }
 }
 
@@ -89,6 +127,8 @@ pub struct FragmentBlock<'a, const N: usize> {
     pub w: Lanes,
     /// The parameters r_1 .. r_N, as [`Fragment::params`].
     pub params: [Lanes; N],
+    /// The reciprocals of 1/w, in the polygon's unit, as they are.
+    per_w: Lanes,
     surface: &'a SurfaceView<'a>,
     runs: &'a RunGroup,
     /// Of each half, the column of its first lane, relative to the viewport, and its row in `runs`.
@@ -111,10 +151,68 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
             depth: [0.0; LANES],
             w: [surface.base.w.range().0; LANES],
             params: [[0.0; LANES]; N],
+            per_w: [1.0; LANES],
             surface,
             runs,
             halves,
         }
+    }
+
+    /// Where values go that a [`Block`](crate::fragment::block::Block) finds.
+    #[inline(always)]
+    pub(crate) fn found(&mut self) -> Found<'_, N> {
+        Found { w: &mut self.w, per_w: &mut self.per_w, params: &mut self.params }
+    }
+
+    /// The derivatives of parameter `i` with respect to screen x and screen y, per pixel: the same
+    /// numbers as [`Fragment::derivative`]. A shader that does not ask for them pays nothing.
+    #[inline(always)]
+    #[must_use]
+    pub fn derivative(&self, i: usize) -> [Lanes; 2] {
+        let Self { surface, runs, .. } = *self;
+        if i >= N {
+            return [[0.0; LANES]; 2];
+        }
+        let (mut dx, mut dy) = ([0.0; LANES], [0.0; LANES]);
+        match surface.base.divide {
+            _ if surface.needs_edges() => self.mixed_derivative(i, [&mut dx, &mut dy]),
+            Divide::PerPixel => {
+                let slopes = surface.slopes(i);
+                for (half, (x, row)) in self.halves.into_iter().enumerate() {
+                    let along_x = slopes.numerator_x(runs.y + row as i32);
+                    for lane in 0..HALF_BLOCK {
+                        let (column, lane) = (x + lane as i32, half * HALF_BLOCK + lane);
+                        let per_w = self.per_w[lane];
+                        dx[lane] = along_x * per_w * per_w;
+                        dy[lane] = slopes.numerator_y(column) * per_w * per_w;
+                    }
+                }
+            }
+            Divide::Never => {
+                let [x, y] = surface.undivided_slopes(i);
+                (dx, dy) = ([x; LANES], [y; LANES]);
+            }
+            Divide::Mixed => self.mixed_derivative(i, [&mut dx, &mut dy]),
+        }
+        [dx, dy]
+    }
+
+    #[cold]
+    fn mixed_derivative(&self, i: usize, [dx, dy]: [&mut Lanes; 2]) {
+        for (lane, (dx, dy)) in dx.iter_mut().zip(dy).enumerate() {
+            if self.visible >> lane & 1 != 0 {
+                [*dx, *dy] = self.fragment(lane).derivative(i);
+            }
+        }
+    }
+
+    /// The texture coordinates (r_u, r_v) with their derivatives, as [`Fragment::footprint`].
+    #[inline(always)]
+    #[must_use]
+    pub fn footprint(&self, u: usize, v: usize) -> FootprintBlock {
+        let param = |i: usize| self.params.get(i).copied().unwrap_or([0.0; LANES]);
+        let ([dudx, dudy], [dvdx, dvdy]) = (self.derivative(u), self.derivative(v));
+        FootprintBlock { uv: [param(u), param(v)], dx: [dudx, dvdx], dy: [dudy, dvdy] }
     }
 
     /// The column and the row of a lane on the framebuffer, as [`Fragment::x`] and [`Fragment::y`].
@@ -148,6 +246,7 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
             depth: self.depth[lane],
             w: self.w[lane],
             params,
+            per_w: self.per_w[lane],
             origin: Origin { surface: self.surface, runs: self.runs, row },
         }
     }

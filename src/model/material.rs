@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::fragment::Footprint;
 use crate::texture::Texture;
 
 /// How a face looks.
@@ -80,6 +81,12 @@ impl TextureMapping {
         uv * self.scale + down
     }
 
+    /// What is seen of the picture, with v down, where so much is seen of a vertex's coordinates.
+    #[inline]
+    fn footprint(&self, seen: &Footprint) -> Footprint {
+        Footprint { uv: self.uv(seen.uv), dx: seen.dx * self.scale, dy: seen.dy * self.scale }
+    }
+
     /// A colour of the picture, premultiplied by alpha, after gain and base.
     #[inline]
     fn changed(&self, color: Vec4) -> Vec4 {
@@ -120,14 +127,15 @@ impl Material {
     /// The colour of a face at a point: linear light, premultiplied by alpha, as
     /// [`Over`](crate::render::Over) takes it once its light is multiplied.
     ///
-    /// `textures` are those of the model; `uv` and `color` are those of the vertices, interpolated. Where a
-    /// cut-out has a hole, the colour is zero.
+    /// `textures` are those of the model; `seen` is the fragment's
+    /// [footprint](crate::Fragment::footprint) in texture coordinates, `color` the colour of the vertices,
+    /// interpolated. Where a cut-out has a hole, the colour is zero.
     #[inline]
     #[must_use]
-    pub fn color_at(&self, textures: &[Texture], uv: Vec2, color: Vec4) -> Vec4 {
+    pub fn color_at(&self, textures: &[Texture], seen: &Footprint, color: Vec4) -> Vec4 {
         let sample = |texture: Option<usize>, mapping: &TextureMapping| {
             let texture = texture.and_then(|index| textures.get(index));
-            texture.map(|texture| mapping.changed(texture.sample(mapping.uv(uv))))
+            texture.map(|t| mapping.changed(t.sample_footprint(&mapping.footprint(seen))))
         };
         let mut all = color.truncate().extend(1.0) * color.w * self.diffuse.extend(1.0);
         if let Some(texel) = sample(self.texture, &self.mapping) {

@@ -446,11 +446,10 @@ impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> Painter<'_, S, C, K, N> 
                 let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
                 let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
                 fragments.depth = depth.into();
-                let FragmentBlock { w, params, .. } = &mut fragments;
                 if DIVIDES {
-                    block.divided(surface, &inv_w, &lines, w, params);
+                    block.divided(surface, &inv_w, &lines, fragments.found());
                 } else {
-                    block.undivided(&lines, params);
+                    block.undivided(&lines, &mut fragments.params);
                 }
                 self.shader.whole(&mut fragments, colors)
             },
@@ -492,11 +491,11 @@ impl<S: Simd, C: Copy, K: Shader<C, N>, const N: usize> Painter<'_, S, C, K, N> 
                 let halves = [column(0), column(1)];
                 let mut fragments = FragmentBlock::new(surface, runs, halves, part.visible);
                 fragments.depth = depth.into();
-                let FragmentBlock { w, params, .. } = &mut fragments;
+                let found = fragments.found();
                 if surface.base.divide == Divide::PerPixel {
-                    block.divided(surface, &values.inv_w, s, w, params);
+                    block.divided(surface, &values.inv_w, s, found);
                 } else {
-                    block.any(surface, &values.inv_w, s, w, params);
+                    block.any(surface, &values.inv_w, s, found);
                 }
                 let mut copy = None;
                 let halves = match halves_at(colors, part.at) {

@@ -253,6 +253,68 @@ impl<'a> SurfaceView<'a> {
     }
 }
 
+/// What the derivatives of a parameter r = s / q come from: the numerators of the quotient rule for the
+/// planes of s and q, which are linear along the screen's axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slopes {
+    /// s_x q - s q_x in the row of the origin, and its change per row.
+    x: (f64, f64),
+    /// s_y q - s q_y in the column of the origin, and its change per column.
+    y: (f64, f64),
+    origin: [f64; 2],
+}
+
+impl Slopes {
+    /// q^2 dr/dx, all along a row of pixels.
+    #[inline(always)]
+    pub(crate) fn numerator_x(&self, row: i32) -> f32 {
+        (self.x.0 + self.x.1 * (f64::from(row) + 0.5 - self.origin[1])) as f32
+    }
+
+    /// q^2 dr/dy, all along a column of pixels.
+    #[inline(always)]
+    pub(crate) fn numerator_y(&self, column: i32) -> f32 {
+        (self.y.0 + self.y.1 * (f64::from(column) + 0.5 - self.origin[0])) as f32
+    }
+}
+
+impl SurfaceView<'_> {
+    /// What the derivatives of a parameter come from that is divided by 1/w at each pixel.
+    #[inline(always)]
+    pub(crate) fn slopes(&self, param: usize) -> Slopes {
+        let (s, q) = (self.params[param].of(self.lane), self.base.inv_w);
+        let cross = s.dx * q.dy - s.dy * q.dx;
+        Slopes {
+            x: (s.dx * q.value - s.value * q.dx, cross),
+            y: (s.dy * q.value - s.value * q.dy, -cross),
+            origin: self.base.origin,
+        }
+    }
+
+    /// The derivatives of a parameter where all w are equal.
+    #[inline(always)]
+    pub(crate) fn undivided_slopes(&self, param: usize) -> [f32; 2] {
+        let plane = self.params[param].of(self.lane);
+        [plane.dx as f32, plane.dy as f32]
+    }
+
+    /// The derivatives of a parameter at a column of a run, whatever it is found by.
+    #[cold]
+    pub(crate) fn mixed_slopes(&self, param: usize, x: i32, run: &Run) -> [f32; 2] {
+        let s = Component::S(param);
+        let (_, s_dx) = self.along(s, run);
+        let s_dy = self.downwards(s, x, run);
+        if !self.times_w(param) {
+            return [s_dx as f32, s_dy as f32];
+        }
+        let inv_w = self.at(Component::InvW, x, run);
+        let (_, inv_w_dx) = self.along(Component::InvW, run);
+        let inv_w_dy = self.downwards(Component::InvW, x, run);
+        let r = self.at(s, x, run) / inv_w;
+        [(s_dx - r * inv_w_dx) / inv_w, (s_dy - r * inv_w_dy) / inv_w].map(|slope| slope as f32)
+    }
+}
+
 /// A value with a plane, at a place in each row.
 #[inline(always)]
 fn line([xs, ys]: &[[f64; ROWS]; 2], plane: ScreenPlane) -> RowLine {

@@ -18,26 +18,40 @@ pub enum TextureError {
         /// Height asked for, in texels.
         height: u32,
     },
-    /// The number of texels is not the number that the size calls for.
+    /// The number of samples is not the number that the size calls for.
     #[error(
-        "{given} texels were given for a texture of {width} x {height}: give {} of them, row by row",
-        u64::from(*width) * u64::from(*height)
+        "{given} samples were given for a texture of {width} x {height} texels of {channels}: give {} \
+         of them, row by row",
+        u64::from(*width) * u64::from(*height) * *channels as u64
     )]
     Length {
         /// Width asked for, in texels.
         width: u32,
         /// Height asked for, in texels.
         height: u32,
-        /// How many texels came.
+        /// Samples a texel.
+        channels: usize,
+        /// How many samples came.
         given: usize,
     },
+    /// The number of channels is not from 1 to 4.
+    #[error("a texel cannot have {channels} channels: give it 1 (grey) to 4 (with alpha)")]
+    Channels {
+        /// Channels asked for.
+        channels: usize,
+    },
     /// The machine has not enough memory for the texels.
-    #[error("no memory for a texture of {width} x {height} texels of 16 bytes: use a smaller one")]
+    #[error(
+        "no memory for a texture of {width} x {height} texels of {bytes_per_texel} bytes: use a smaller \
+         one"
+    )]
     Memory {
         /// Width asked for, in texels.
         width: u32,
         /// Height asked for, in texels.
         height: u32,
+        /// What a texel takes.
+        bytes_per_texel: usize,
     },
     /// The file cannot be read.
     #[error("cannot read the picture {}: {source}; check its name and permissions", path.display())]

@@ -1,68 +1,309 @@
-//! The texels of a picture, in memory.
+//! The texels of a picture, in memory: its samples, level by level, and how they are decoded.
 
 use glam::Vec4;
 
 use crate::texture::error::TextureError;
+use crate::texture::format::Samples;
+use crate::texture::light::{
+    light_of_8, light_of_16, of_f16, opaque_of_8, part_of_255, part_of_65535,
+};
 use crate::texture::limits::MAX_SIDE;
 
-/// A rectangle of texels in linear light, premultiplied by alpha.
+/// A rectangle of texels, and smaller ones made of it.
 #[derive(Clone)]
 pub(super) struct Texels {
-    width: u32,
-    height: u32,
-    /// Row by row from the top; `width * height` of them, both from 1 to [`MAX_SIDE`].
-    texels: Vec<Vec4>,
+    /// Those of all levels, one level after the other.
+    samples: Samples,
+    /// From 1 to 4.
+    channels: usize,
+    /// Whether the texels are sRGB in four bytes, the last of which is 255 in all.
+    is_opaque_srgba8: bool,
+    /// The picture itself.
+    base: Level,
+    /// Its smaller versions, if it has them.
+    smaller: Vec<Level>,
 }
 
-impl Texels {
-    /// Takes `width * height` texels, row by row from the top.
-    pub(super) fn new(width: u32, height: u32, texels: Vec<Vec4>) -> Result<Self, TextureError> {
-        check_size(width, height)?;
-        if texels.len() as u64 != u64::from(width) * u64::from(height) {
-            return Err(TextureError::Length { width, height, given: texels.len() });
-        }
-        Ok(Self { width, height, texels })
+/// The size of a picture in memory, both sides from 1 to [`MAX_SIDE`], and where its texels begin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Level {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) start: usize,
+}
+
+/// Texels that can be decoded by their number.
+pub(super) trait Fetch: Copy + Send + Sync {
+    /// The texel with a number: linear light, premultiplied by alpha; `None` beyond the last.
+    fn fetch(self, number: usize) -> Option<Vec4>;
+}
+
+/// A level with its texels.
+#[derive(Clone, Copy)]
+pub(super) struct LevelTexels<F> {
+    pub(super) size: Level,
+    texels: F,
+}
+
+impl<F: Fetch> LevelTexels<F> {
+    /// Another level of the same texture.
+    #[inline(always)]
+    pub(super) fn at(&self, size: Level) -> Self {
+        Self { size, ..*self }
     }
 
-    /// Collects texels that come row by row from the top.
+    /// The texel in column `x`, row `y`; `None` beyond the last column or row.
+    #[inline(always)]
+    pub(super) fn get(&self, x: u32, y: u32) -> Option<Vec4> {
+        let Level { width, height, start } = self.size;
+        if x >= width || y >= height {
+            return None;
+        }
+        self.texels.fetch(start + y as usize * width as usize + x as usize)
+    }
+
+    /// The texel with a number among those of all levels.
+    #[inline(always)]
+    pub(super) fn numbered(&self, number: u64) -> Option<Vec4> {
+        self.texels.fetch(usize::try_from(number).unwrap_or(usize::MAX))
+    }
+}
+
+/// Texels in four bytes of sRGB and alpha; whether all are opaque.
+#[derive(Clone, Copy)]
+pub(super) struct Srgba8<'a, const OPAQUE: bool>(&'a [[u8; 4]]);
+
+impl<const OPAQUE: bool> Fetch for Srgba8<'_, OPAQUE> {
+    #[inline(always)]
+    fn fetch(self, number: usize) -> Option<Vec4> {
+        let [r, g, b, alpha] = *self.0.get(number)?;
+        Some(if OPAQUE { opaque_of_8([r, g, b]) } else { light_of_8([r, g, b, alpha]) })
+    }
+}
+
+/// Texels in four floats.
+#[derive(Clone, Copy)]
+pub(super) struct Rgba32<'a>(&'a [[f32; 4]]);
+
+impl Fetch for Rgba32<'_> {
+    #[inline(always)]
+    fn fetch(self, number: usize) -> Option<Vec4> {
+        self.0.get(number).map(|texel| Vec4::from_array(*texel))
+    }
+}
+
+/// Texels of any format.
+#[derive(Clone, Copy)]
+pub(super) struct AnyFormat<'a> {
+    samples: &'a Samples,
+    channels: usize,
+}
+
+impl Fetch for AnyFormat<'_> {
+    fn fetch(self, number: usize) -> Option<Vec4> {
+        let Self { samples, channels } = self;
+        match samples {
+            Samples::Srgb8(s) => texel(s, channels, number, u8::MAX).map(light_of_8),
+            Samples::Srgb16(s) => texel(s, channels, number, u16::MAX).map(light_of_16),
+            Samples::Unorm8(s) => numbers(s, channels, number, u8::MAX, part_of_255),
+            Samples::Unorm16(s) => numbers(s, channels, number, u16::MAX, part_of_65535),
+            Samples::F16(s) => numbers(s, channels, number, F16_ONE, of_f16),
+            Samples::F32(s) => numbers(s, channels, number, 1.0, |x| x),
+        }
+    }
+}
+
+/// The bits of 1 in binary16.
+const F16_ONE: u16 = 0x3c00;
+
+/// A texel of numbers as they stand.
+#[inline(always)]
+fn numbers<T: Copy>(
+    samples: &[T],
+    channels: usize,
+    number: usize,
+    one: T,
+    decode: impl Fn(T) -> f32,
+) -> Option<Vec4> {
+    texel(samples, channels, number, one).map(|texel| Vec4::from(texel.map(decode)))
+}
+
+/// Red, green, blue and alpha of a texel that has 1 (grey), 2 (grey, alpha), 3 or 4 channels.
+#[inline(always)]
+fn texel<T: Copy>(samples: &[T], channels: usize, number: usize, opaque: T) -> Option<[T; 4]> {
+    let samples = samples.get(number.checked_mul(channels)?..)?;
+    Some(match *samples.get(..channels)? {
+        [x] => [x, x, x, opaque],
+        [x, alpha] => [x, x, x, alpha],
+        [r, g, b] => [r, g, b, opaque],
+        [r, g, b, alpha] => [r, g, b, alpha],
+        _ => return None,
+    })
+}
+
+/// Calls a generic function with the texels of a level, compiled for the most usual formats and once
+/// for all others.
+macro_rules! with_texels {
+    ($texels:expr, $level:expr, $view:ident => $code:expr) => {{
+        let (texels, level): (&Texels, $crate::texture::texels::Level) = ($texels, $level);
+        if let Some($view) = texels.opaque_srgba8(level) {
+            $code
+        } else if let Some($view) = texels.srgba8(level) {
+            $code
+        } else if let Some($view) = texels.rgba32(level) {
+            $code
+        } else {
+            let $view = texels.any(level);
+            $code
+        }
+    }};
+}
+
+pub(super) use with_texels;
+
+impl Texels {
+    /// Takes `width * height` texels of `channels` samples each, row by row from the top.
+    pub(super) fn new(
+        width: u32,
+        height: u32,
+        channels: usize,
+        samples: Samples,
+    ) -> Result<Self, TextureError> {
+        check_size(width, height)?;
+        if !(1..=4).contains(&channels) {
+            return Err(TextureError::Channels { channels });
+        }
+        if samples.len() as u64 != u64::from(width) * u64::from(height) * channels as u64 {
+            let given = samples.len();
+            return Err(TextureError::Length { width, height, channels, given });
+        }
+        let base = Level { width, height, start: 0 };
+        let is_opaque_srgba8 = match &samples {
+            Samples::Srgb8(bytes) if channels == 4 => {
+                // A fold without a way out, which becomes SIMD.
+                bytes.as_chunks().0.iter().fold(u8::MAX, |all, &[_, _, _, alpha]| all & alpha)
+                    == u8::MAX
+            }
+            _ => false,
+        };
+        Ok(Self { samples, channels, is_opaque_srgba8, base, smaller: Vec::new() })
+    }
+
+    /// Collects texels in linear light that come row by row from the top.
     pub(super) fn collect(
         width: u32,
         height: u32,
         row_by_row: impl Iterator<Item = Vec4>,
     ) -> Result<Self, TextureError> {
-        check_size(width, height)?;
-        let mut texels = room(width, height)?;
-        texels.extend(row_by_row);
-        Self::new(width, height, texels)
+        let mut samples = room(width, height, 4)?;
+        row_by_row.for_each(|texel| samples.extend_from_slice(&texel.to_array()));
+        Self::new(width, height, 4, Samples::F32(samples))
     }
 
-    /// Number of texels in a row.
-    #[inline]
-    pub(super) fn width(&self) -> u32 {
-        self.width
+    /// The picture itself.
+    #[inline(always)]
+    pub(super) fn base(&self) -> Level {
+        self.base
     }
 
-    /// Number of rows.
-    #[inline]
-    pub(super) fn height(&self) -> u32 {
-        self.height
+    /// The number of the last level; the picture itself is level 0.
+    #[inline(always)]
+    pub(super) fn last_level(&self) -> u32 {
+        self.smaller.len() as u32
     }
 
-    /// All texels, row by row from the top.
-    #[inline]
-    pub(super) fn as_slice(&self) -> &[Vec4] {
-        &self.texels
+    /// A level by its number; the last one beyond it.
+    #[inline(always)]
+    pub(super) fn level(&self, number: u32) -> Level {
+        match (number.min(self.last_level()) as usize).checked_sub(1) {
+            Some(i) => self.smaller.get(i).copied().unwrap_or(self.base),
+            None => self.base,
+        }
     }
 
-    /// The texel in column `x`, row `y`. Beyond the last column or row it is the last one.
-    #[inline]
-    pub(super) fn get(&self, x: u32, y: u32) -> Vec4 {
-        let (x, y) = (x.min(self.width - 1), y.min(self.height - 1));
-        self.texels[y as usize * self.width as usize + x as usize]
+    /// Forgets all levels but the picture itself.
+    pub(super) fn drop_smaller(&mut self) {
+        self.smaller.clear();
+        let count = self.base.width as usize * self.base.height as usize * self.channels;
+        self.samples.truncate(count);
+    }
+
+    /// Makes room for all levels of a chain at once.
+    pub(super) fn reserve_chain(&mut self) -> Result<(), TextureError> {
+        let (mut size, mut count) = ((self.base.width, self.base.height), 0);
+        while size != (1, 1) {
+            size = ((size.0 / 2).max(1), (size.1 / 2).max(1));
+            count += size.0 as usize * size.1 as usize * self.channels;
+        }
+        let Level { width, height, .. } = self.base;
+        let bytes_per_texel = self.channels * self.samples.format().bytes();
+        let out_of_memory = |_| TextureError::Memory { width, height, bytes_per_texel };
+        self.samples.try_reserve(count).map_err(out_of_memory)
+    }
+
+    /// Adds a level, whose samples `push` adds to those that there are.
+    pub(super) fn push_level(
+        &mut self,
+        (width, height): (u32, u32),
+        push: impl FnOnce(&mut Samples),
+    ) {
+        let start = self.samples.len() / self.channels;
+        push(&mut self.samples);
+        self.smaller.push(Level { width, height, start });
+    }
+
+    /// The samples of all levels.
+    pub(super) fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// Samples a texel, from 1 to 4.
+    pub(super) fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The texels of a level, if they are bytes of red, green and blue in sRGB beside an alpha of 255.
+    #[inline(always)]
+    pub(super) fn opaque_srgba8(&self, size: Level) -> Option<LevelTexels<Srgba8<'_, true>>> {
+        match &self.samples {
+            Samples::Srgb8(bytes) if self.is_opaque_srgba8 => {
+                Some(LevelTexels { size, texels: Srgba8(bytes.as_chunks().0) })
+            }
+            _ => None,
+        }
+    }
+
+    /// The texels of a level, if they are bytes of red, green, blue and alpha in sRGB.
+    #[inline(always)]
+    pub(super) fn srgba8(&self, size: Level) -> Option<LevelTexels<Srgba8<'_, false>>> {
+        match &self.samples {
+            Samples::Srgb8(bytes) if self.channels == 4 => {
+                Some(LevelTexels { size, texels: Srgba8(bytes.as_chunks().0) })
+            }
+            _ => None,
+        }
+    }
+
+    /// The texels of a level, if they are four floats each.
+    #[inline(always)]
+    pub(super) fn rgba32(&self, size: Level) -> Option<LevelTexels<Rgba32<'_>>> {
+        match &self.samples {
+            Samples::F32(floats) if self.channels == 4 => {
+                Some(LevelTexels { size, texels: Rgba32(floats.as_chunks().0) })
+            }
+            _ => None,
+        }
+    }
+
+    /// The texels of a level, whatever they are.
+    #[inline(always)]
+    pub(super) fn any(&self, size: Level) -> LevelTexels<AnyFormat<'_>> {
+        let texels = AnyFormat { samples: &self.samples, channels: self.channels };
+        LevelTexels { size, texels }
     }
 }
 
-fn check_size(width: u32, height: u32) -> Result<(), TextureError> {
+pub(super) fn check_size(width: u32, height: u32) -> Result<(), TextureError> {
     let sides = 1..=MAX_SIDE;
     if sides.contains(&width) && sides.contains(&height) {
         Ok(())
@@ -71,12 +312,31 @@ fn check_size(width: u32, height: u32) -> Result<(), TextureError> {
     }
 }
 
-/// An empty list with room for all texels.
-fn room(width: u32, height: u32) -> Result<Vec<Vec4>, TextureError> {
-    let mut texels = Vec::new();
-    usize::try_from(u64::from(width) * u64::from(height))
+/// An empty list with room for the samples of all texels.
+pub(super) fn room<T>(width: u32, height: u32, channels: usize) -> Result<Vec<T>, TextureError> {
+    check_size(width, height)?;
+    let bytes_per_texel = channels * size_of::<T>();
+    let mut samples = Vec::new();
+    usize::try_from(u64::from(width) * u64::from(height) * channels as u64)
         .ok()
-        .and_then(|count| texels.try_reserve_exact(count).ok())
-        .map(|()| texels)
-        .ok_or(TextureError::Memory { width, height })
+        .and_then(|count| samples.try_reserve_exact(count).ok())
+        .map(|()| samples)
+        .ok_or(TextureError::Memory { width, height, bytes_per_texel })
+}
+
+/// A copy of samples, of which each three get a fourth, so that a texel is loaded at once.
+#[cfg(feature = "png")]
+pub(super) fn copied<T: Copy>(
+    (width, height): (u32, u32),
+    samples: &[T],
+    channels: usize,
+    opaque: T,
+) -> Result<Vec<T>, TextureError> {
+    let mut copy = room(width, height, if channels == 3 { 4 } else { channels })?;
+    if channels == 3 {
+        copy.extend(samples.as_chunks().0.iter().flat_map(|&[r, g, b]| [r, g, b, opaque]));
+    } else {
+        copy.extend_from_slice(samples);
+    }
+    Ok(copy)
 }

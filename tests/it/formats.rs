@@ -185,7 +185,7 @@ fn gltf_is_placed_and_has_its_looks() {
     assert_eq!(positions(&loaded), expected);
     let material = &loaded.model.materials[1];
     assert_eq!((material.name.as_str(), material.alpha_mode), ("glass", AlphaMode::Blend));
-    let color = material.color_at(&[], Vec2::ZERO, glam::Vec4::ONE);
+    let color = material.color_at(&[], &Vec2::ZERO.into(), glam::Vec4::ONE);
     assert_eq!(color, glam::vec4(0.25, 0.125, 0.0, 0.25));
 
     // Mirrored: still counter-clockwise seen from outside.

@@ -33,6 +33,7 @@ mod front;
 mod blending;
 
 mod texture;
+mod texture_filters;
 
 mod house;
 mod api;

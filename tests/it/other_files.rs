@@ -278,7 +278,7 @@ fn a_black_colour_does_not_hide_its_picture() {
     let files = Files::new().with("m.mtl", "newmtl a\nKd 0 0 0\nmap_Kd t.png\n");
     let files = files.with_picture("t.png", 255).with("m.obj", format!("mtllib m.mtl\n{PICTURE}"));
     let Loaded { model, warnings } = Model::load(files.path("m.obj")).expect("a model");
-    assert_eq!(model.color_at(1, vec2(0.5, 0.5), Vec4::ONE), vec4(1.0, 0.0, 0.0, 1.0));
+    assert_eq!(model.color_at(1, &vec2(0.5, 0.5).into(), Vec4::ONE), vec4(1.0, 0.0, 0.0, 1.0));
     assert!(matches!(&warnings[..], [Warning::BlackTexture { .. }]), "{warnings:?}");
 }
 
@@ -300,7 +300,10 @@ fn alpha_is_that_of_d_or_of_tr() {
         assert!(warnings.is_empty(), "{warnings:?}");
         let material = &model.materials[1];
         assert_eq!((material.alpha, material.alpha_mode), (alpha, mode), "{lines}");
-        assert_eq!(model.color_at(1, Vec2::ZERO, Vec4::ONE), Vec4::splat(alpha).with_w(alpha));
+        assert_eq!(
+            model.color_at(1, &Vec2::ZERO.into(), Vec4::ONE),
+            Vec4::splat(alpha).with_w(alpha)
+        );
     }
 }
 
@@ -321,7 +324,7 @@ fn pictures_cut_out_or_are_glass() {
         let (model, warnings) = files.load("m.obj");
         assert!(warnings.is_empty(), "{warnings:?}");
         assert_eq!(model.materials[1].alpha_mode, mode, "{lines} {alpha}");
-        let found = model.color_at(1, vec2(0.5, 0.5), Vec4::ONE);
+        let found = model.color_at(1, &vec2(0.5, 0.5).into(), Vec4::ONE);
         let expected = f32::from(alpha) / 255.0;
         assert!((found.w - expected).abs() < 1e-6, "{lines}: {found}");
         assert!((found.x - expected * half).abs() < 1e-6, "{lines}: {found}");
@@ -341,7 +344,7 @@ fn tga_files_without_any_alpha_are_opaque() {
         assert!(warnings.is_empty(), "{warnings:?}");
         assert_eq!(model.materials[1].alpha_mode, AlphaMode::Opaque);
         let green = vec4(0.0, 1.0, 0.0, 1.0);
-        assert_eq!(model.color_at(1, vec2(0.5, 0.5), Vec4::ONE), green, "{descriptor}");
+        assert_eq!(model.color_at(1, &vec2(0.5, 0.5).into(), Vec4::ONE), green, "{descriptor}");
     }
 }
 
@@ -371,7 +374,7 @@ fn glass_is_drawn_over_what_is_behind_it() {
         let mut frame = Framebuffer::new(9, 9, Vec3::ZERO).expect("a frame");
         ScanlineRenderer::new(frame.viewport()).draw(&mut frame, mesh, |fragment| {
             let Uv { uv } = fragment.params.into();
-            Over(model.color_at(list[fragment.face as usize].material, uv, Vec4::ONE))
+            Over(model.color_at(list[fragment.face as usize].material, &uv.into(), Vec4::ONE))
         });
         assert_eq!(frame.color()[4 * 9 + 4], vec3(0.75, 0.0, 0.25));
     }
@@ -400,7 +403,7 @@ fn options_of_maps_move_the_picture() {
     let files = files.with_picture("t.png", 255).with("m.obj", format!("mtllib m.mtl\n{PICTURE}"));
     let (model, _) = files.load("m.obj");
     assert_eq!(model.textures[0].wraps().0, polyscan::texture::Wrap::Clamp);
-    let color = model.color_at(1, vec2(0.5, 0.5), Vec4::ONE);
+    let color = model.color_at(1, &vec2(0.5, 0.5).into(), Vec4::ONE);
     assert_eq!(color, vec4(0.75, 0.25, 0.25, 1.0));
 }
 

@@ -335,7 +335,7 @@ const SCENES: &[Scene] = &[
         polygons: perspective_quads,
         settings: |_| {},
         shader: everything,
-        hash: 0xcd88_7933_5d7e_2e2e,
+        hash: 0x02ac_e293_4e74_17d7,
     },
     Scene {
         name: "up to 64 sides, equal w",
@@ -391,14 +391,14 @@ const SCENES: &[Scene] = &[
             renderer.settings.planes = planes.map(ClipPlane::new).to_vec();
         },
         shader: everything,
-        hash: 0xb134_08d1_98c6_49fb,
+        hash: 0x8fe4_9879_d1f7_72a2,
     },
     Scene {
         name: "a mesh",
         polygons: mesh,
         settings: |_| {},
         shader: everything,
-        hash: 0xa79e_7d04_a8ae_ae36,
+        hash: 0xde98_c58d_fe4b_c5de,
     },
     Scene {
         name: "a mesh, 1/w as depth",

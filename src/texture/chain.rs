@@ -1,0 +1,187 @@
+//! Mip chains: a picture in ever smaller sizes (Williams, "Pyramidal Parametrics", SIGGRAPH 1983).
+//!
+//! Each level has half the width and half the height of the one before, rounded down, and at least 1. A
+//! texel of a level is the mean of the area that it covers on the one before: of n texels made m, texel i
+//! covers [i n/m, (i+1) n/m). Of an odd number those are three, two of them in part:
+//!
+//! ```text
+//!     n = 7    |---0---|---1---|---2---|---3---|---4---|---5---|---6---|
+//!     m = 3    |---------0--------|--------1---------|--------2--------|
+//! ```
+//!
+//! So every texel weighs the same, and the mean of a picture is that of all its levels, whatever its size.
+//! Means are taken in linear light, premultiplied by alpha, of `f32`s from level to level; each is rounded
+//! once to the texture's own format.
+
+use glam::Vec4;
+#[cfg(feature = "parallel")]
+use rayon::prelude::*;
+
+use crate::texture::error::TextureError;
+use crate::texture::format::Samples;
+use crate::texture::light::{to_byte, to_f16, to_srgb8, to_srgb16, to_word};
+use crate::texture::texels::{Texels, with_texels};
+
+/// The texels of a level before they are rounded to a format.
+struct Means {
+    size: (u32, u32),
+    texels: Vec<Vec4>,
+}
+
+/// The texture's texels with those of all smaller levels after them.
+pub(super) fn with_chain(mut texels: Texels) -> Result<Texels, TextureError> {
+    let mut before: Option<Means> = None;
+    let mut size = (texels.base().width, texels.base().height);
+    texels.drop_smaller();
+    texels.reserve_chain()?;
+    while size != (1, 1) {
+        let smaller = (half(size.0), half(size.1));
+        let means = match &before {
+            None => with_texels!(&texels, texels.base(), base => {
+                reduced(size, smaller, |y, weight, sum| {
+                    for (x, sum) in (0..).zip(sum) {
+                        *sum += base.get(x, y).unwrap_or_default() * weight;
+                    }
+                })?
+            }),
+            Some(Means { texels, .. }) => reduced(size, smaller, |y, weight, sum| {
+                let row = texels[y as usize * size.0 as usize..].iter();
+                sum.iter_mut().zip(row).for_each(|(sum, texel)| *sum += *texel * weight);
+            })?,
+        };
+        let channels = texels.channels();
+        texels.push_level(means.size, |samples| push(samples, channels, &means.texels));
+        before = Some(means);
+        size = smaller;
+    }
+    Ok(texels)
+}
+
+/// The next smaller size.
+fn half(size: u32) -> u32 {
+    (size / 2).max(1)
+}
+
+/// A picture of another size; `add` adds a row of the old one, times a weight, to a list.
+fn reduced(
+    old: (u32, u32),
+    size: (u32, u32),
+    add: impl Fn(u32, f32, &mut [Vec4]) + Sync,
+) -> Result<Means, TextureError> {
+    let (width, height) = size;
+    let mut texels = Vec::new();
+    texels
+        .try_reserve_exact(width as usize * height as usize)
+        .map_err(|_| TextureError::Memory { width, height, bytes_per_texel: 16 })?;
+    texels.resize(width as usize * height as usize, Vec4::ZERO);
+    let band = |number: usize, texels: &mut [Vec4]| {
+        let mut sum = vec![Vec4::ZERO; old.0 as usize];
+        for (y, row) in (0..).zip(texels.chunks_exact_mut(width as usize)) {
+            sum.fill(Vec4::ZERO);
+            for (from, weight) in Parts::of((number * BAND) as u32 + y, old.1, height) {
+                add(from, weight, &mut sum);
+            }
+            reduce_row(&sum, row);
+        }
+    };
+    let rows = BAND * width as usize;
+    #[cfg(feature = "parallel")]
+    texels.par_chunks_mut(rows).enumerate().for_each(|(number, texels)| band(number, texels));
+    #[cfg(not(feature = "parallel"))]
+    texels.chunks_mut(rows).enumerate().for_each(|(number, texels)| band(number, texels));
+    Ok(Means { size, texels })
+}
+
+/// The rows that a thread makes at a time.
+const BAND: usize = 64;
+
+/// Means along a row.
+fn reduce_row(sum: &[Vec4], row: &mut [Vec4]) {
+    if sum.len() == 2 * row.len() {
+        for (texel, [left, right]) in row.iter_mut().zip(sum.as_chunks().0) {
+            *texel = (*left + *right) * 0.5;
+        }
+        return;
+    }
+    let (old, new) = (sum.len() as u32, row.len() as u32);
+    for (x, texel) in (0..).zip(row) {
+        *texel = Parts::of(x, old, new)
+            .map(|(from, weight)| sum[from as usize] * weight)
+            .fold(Vec4::ZERO, |sum, part| sum + part);
+    }
+}
+
+/// The texels of a line of n that texel i of m covers, and their weights, whose sum is 1; m is n / 2
+/// rounded down, or 1.
+struct Parts {
+    next: u32,
+    end: u32,
+    first: u32,
+    weights: [f32; 3],
+}
+
+impl Parts {
+    fn of(i: u32, n: u32, m: u32) -> Self {
+        let part = |count: u32| (f64::from(count) / f64::from(n)) as f32;
+        let (count, weights) = match n - 2 * m.min(n / 2) {
+            0 => (2, [0.5, 0.5, 0.0]),
+            // From i n/m = 2 i + i/m on, as far as 2 i + 2 + (i+1)/m, in parts of n/m.
+            _ if n > 1 => (3, [part(m - i), part(m), part(i + 1)]),
+            _ => (1, [1.0, 0.0, 0.0]),
+        };
+        let first = 2 * i;
+        Self { next: first, end: first + count, first, weights }
+    }
+}
+
+impl Iterator for Parts {
+    type Item = (u32, f32);
+
+    #[inline]
+    fn next(&mut self) -> Option<(u32, f32)> {
+        let i = self.next;
+        self.next += 1;
+        (i < self.end).then(|| (i, self.weights[(i - self.first) as usize % 3]))
+    }
+}
+
+/// Adds texels to samples of a format.
+fn push(samples: &mut Samples, channels: usize, texels: &[Vec4]) {
+    match samples {
+        Samples::Srgb8(list) => append(list, channels, texels, to_srgb8),
+        Samples::Srgb16(list) => append(list, channels, texels, to_srgb16),
+        Samples::Unorm8(list) => append(list, channels, texels, |t| t.to_array().map(to_byte)),
+        Samples::Unorm16(list) => append(list, channels, texels, |t| t.to_array().map(to_word)),
+        Samples::F16(list) => append(list, channels, texels, |t| t.to_array().map(to_f16)),
+        Samples::F32(list) => append(list, channels, texels, |t| t.to_array()),
+    }
+}
+
+/// Adds the channels of texels that are kept: grey is red.
+fn append<T: Copy + Default + Send>(
+    list: &mut Vec<T>,
+    channels: usize,
+    texels: &[Vec4],
+    samples: impl Fn(Vec4) -> [T; 4] + Sync,
+) {
+    /// The texels that a thread takes at a time.
+    const PART: usize = 1 << 14;
+    let start = list.len();
+    list.resize(start + texels.len() * channels, T::default());
+    let convert = |(list, texels): (&mut [T], &[Vec4])| {
+        for (kept, texel) in list.chunks_exact_mut(channels).zip(texels) {
+            let [r, g, b, alpha] = samples(*texel);
+            match kept {
+                [x] => *x = r,
+                [x, y] => (*x, *y) = (r, alpha),
+                [x, y, z] => (*x, *y, *z) = (r, g, b),
+                _ => kept.copy_from_slice(&[r, g, b, alpha]),
+            }
+        }
+    };
+    let list = &mut list[start..];
+    #[cfg(feature = "parallel")]
+    list.par_chunks_mut(PART * channels).zip(texels.par_chunks(PART)).for_each(convert);
+    #[cfg(not(feature = "parallel"))]
+    list.chunks_mut(PART * channels).zip(texels.chunks(PART)).for_each(convert);
+}
