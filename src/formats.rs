@@ -3,7 +3,7 @@
 //! What flows in is the name of a file, or its bytes; what flows out is a [`Model`] with warnings. The format
 //! is recognised by the content, and only where that says nothing by the name. OBJ files are read by
 //! [`obj`](crate::obj); `formats::stl`, `formats::ply` and `formats::gltf` give the others the same form,
-//! `formats::found`. Files of more than [`MAX_BYTES`] or [`MAX_CORNERS`](crate::formats::MAX_CORNERS) face
+//! `formats::found`. Files of more than [`MAX_BYTES`] or [`MAX_CORNERS`] face
 //! corners are refused, so that no file can ask for a machine's whole memory.
 //!
 //! ```

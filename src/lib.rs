@@ -158,7 +158,7 @@
 //!   same without.
 //! - `png` (default): PNG files, from framebuffers or row by row, and textures from them.
 //! - `obj` (default): OBJ and MTL files. Needs `png`.
-//! - `stl`, `ply`, `gltf`: models in these formats, by [`formats`]. `gltf` needs `image` for the pictures in
+//! - `stl`, `ply`, `gltf`: models in these formats, by the module `formats`. `gltf` needs `image` for the pictures in
 //!   its files.
 //! - `model`: what the formats share; it comes with any of them.
 //! - `image`: textures in the other formats of the `image` crate, and framebuffers to its pictures. It
