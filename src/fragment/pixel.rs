@@ -84,7 +84,7 @@ impl<const N: usize> Fragment<'_, N> {
         }
         let x = self.x.wrapping_sub(surface.base.corner.0);
         match surface.base.divide {
-            _ if surface.needs_edges() => surface.mixed_slopes(i, x, &self.origin.run()),
+            _ if surface.is_by_edges(i) => surface.mixed_slopes(i, x, &self.origin.run()),
             Divide::PerPixel => {
                 let slopes = surface.slopes(i);
                 let along_x = slopes.numerator_x(runs.y + row as i32);
@@ -175,7 +175,7 @@ impl<'a, const N: usize> FragmentBlock<'a, N> {
         }
         let (mut dx, mut dy) = ([0.0; LANES], [0.0; LANES]);
         match surface.base.divide {
-            _ if surface.needs_edges() => self.mixed_derivative(i, [&mut dx, &mut dy]),
+            _ if surface.is_by_edges(i) => self.mixed_derivative(i, [&mut dx, &mut dy]),
             Divide::PerPixel => {
                 let slopes = surface.slopes(i);
                 for (half, (x, row)) in self.halves.into_iter().enumerate() {

@@ -279,6 +279,14 @@ impl Slopes {
 }
 
 impl SurfaceView<'_> {
+    /// Whether a parameter, or the 1/w that it is divided by, has no plane.
+    #[inline(always)]
+    pub(crate) fn is_by_edges(&self, param: usize) -> bool {
+        self.mixed.is_some_and(|mixed| {
+            mixed.any_by_edges && (mixed.inv_w_by_edges || mixed.is_by_edges(Component::S(param)))
+        })
+    }
+
     /// What the derivatives of a parameter come from that is divided by 1/w at each pixel.
     #[inline(always)]
     pub(crate) fn slopes(&self, param: usize) -> Slopes {
