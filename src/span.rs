@@ -86,15 +86,15 @@ impl<'a, const N: usize> Span<'a, N> {
     /// z, s_1 .. s_n and s_{n+1} = 1/w at the centre of the first pixel.
     #[must_use]
     pub fn start(&self) -> ScreenParams<N> {
-        let run = self.runs.run(0);
-        self.per_w(|component| self.surface.at(component, self.columns.start, &run))
+        let run = self.surface.in_run(&self.runs.run(0));
+        self.per_w(|component| run.at(component, self.columns.start))
     }
 
     /// The change of [`start`](Self::start) from one pixel to the next.
     #[must_use]
     pub fn delta(&self) -> ScreenParams<N> {
-        let run = self.runs.run(0);
-        self.per_w(|component| self.surface.along(component, &run).1)
+        let run = self.surface.in_run(&self.runs.run(0));
+        self.per_w(|component| run.along(component).1)
     }
 
     /// All values, from the polygon's unit of w to w itself; the unit is a power of two, so this is

@@ -196,20 +196,21 @@ impl<'a> SurfaceView<'a> {
     /// The values along one run, found by the edges on its sides.
     #[cold]
     fn row_by_edges(&self, runs: &RunGroup, values: &mut RowValues) {
-        let run = runs.run(0);
-        let (inv_w, delta) = self.along(Component::InvW, &run);
-        let x = if delta < 0.0 { run.x.end - 1 } else { run.x.start };
-        values.x = [self.near_viewport(x); ROWS];
-        let steps = f64::from(values.x[0]) - f64::from(run.x.start);
+        let Run { x, .. } = runs.run(0);
+        let run = self.in_run(&runs.run(0));
+        let (inv_w, delta) = run.along(Component::InvW);
+        let far_end = if delta < 0.0 { x.end - 1 } else { x.start };
+        values.x = [self.near_viewport(far_end); ROWS];
+        let steps = f64::from(values.x[0]) - f64::from(x.start);
         let line = |(start, delta): (f64, f64)| RowLine {
             at: [(start + delta * steps) as f32; ROWS],
             delta: delta as f32,
         };
         values.inv_w = line((inv_w, delta));
-        values.z = line(self.along(Component::Z, &run));
+        values.z = line(run.along(Component::Z));
         values.s.clear();
         let params = 0..self.params.len();
-        values.s.extend(params.map(|i| line(self.along(Component::S(i), &run))));
+        values.s.extend(params.map(|i| line(run.along(Component::S(i)))));
         values.has_params = true;
     }
 
@@ -221,34 +222,52 @@ impl<'a> SurfaceView<'a> {
         }
     }
 
+    /// A run of this polygon.
+    pub(crate) fn in_run(&self, run: &Run) -> InRun<'_> {
+        let mixed = self.mixed.filter(|mixed| mixed.any_by_edges);
+        let across = mixed.map(|mixed| (mixed, AcrossRun::new(&mixed.vertices, run)));
+        InRun { surface: self, first: [run.x.start, run.y], across }
+    }
+}
+
+/// A run of a polygon, in which values are found by their planes or by the edges on its sides, whichever
+/// they have.
+pub(crate) struct InRun<'s> {
+    surface: &'s SurfaceView<'s>,
+    /// Column and row of the first pixel.
+    first: [i32; 2],
+    across: Option<(&'s Mixed, AcrossRun<'s>)>,
+}
+
+impl InRun<'_> {
     /// What a value is found by, if not by its plane.
-    fn across(&self, component: Component, run: &Run) -> Option<AcrossRun<'a>> {
-        let mixed = self.mixed.filter(|mixed| mixed.is_by_edges(component))?;
-        Some(AcrossRun::new(&mixed.vertices, run))
+    fn across(&self, component: Component) -> Option<&AcrossRun<'_>> {
+        let (mixed, across) = self.across.as_ref()?;
+        mixed.is_by_edges(component).then_some(across)
     }
 
-    /// A value at the centre of the first pixel of a run, and its change per pixel.
-    pub(crate) fn along(&self, component: Component, run: &Run) -> (f64, f64) {
-        if let Some(across) = self.across(component, run) {
+    /// A value at the centre of the first pixel, and its change per pixel.
+    pub(crate) fn along(&self, component: Component) -> (f64, f64) {
+        if let Some(across) = self.across(component) {
             return (across.start(component), across.delta(component));
         }
-        let plane = self.plane(component);
-        let [x, y] = self.base.origin;
-        let (x, y) = (f64::from(run.x.start) + 0.5 - x, f64::from(run.y) + 0.5 - y);
-        (plane.at(x, y), plane.dx)
+        let plane = self.surface.plane(component);
+        let [x, y] = self.surface.base.origin;
+        let [column, row] = self.first.map(|centre| f64::from(centre) + 0.5);
+        (plane.at(column - x, row - y), plane.dx)
     }
 
-    /// A value at the centre of a column of a run.
-    pub(crate) fn at(&self, component: Component, x: i32, run: &Run) -> f64 {
-        let (start, delta) = self.along(component, run);
-        start + delta * (f64::from(x) - f64::from(run.x.start))
+    /// A value at the centre of a column.
+    pub(crate) fn at(&self, component: Component, x: i32) -> f64 {
+        let (start, delta) = self.along(component);
+        start + delta * (f64::from(x) - f64::from(self.first[0]))
     }
 
-    /// The change of a value per pixel downwards, at a column of a run.
-    pub(crate) fn downwards(&self, component: Component, x: i32, run: &Run) -> f64 {
-        match self.across(component, run) {
+    /// The change of a value per pixel downwards, at a column.
+    fn downwards(&self, component: Component, x: i32) -> f64 {
+        match self.across(component) {
             Some(across) => across.downwards(component, x),
-            None => self.plane(component).dy,
+            None => self.surface.plane(component).dy,
         }
     }
 }
@@ -309,16 +328,16 @@ impl SurfaceView<'_> {
     /// The derivatives of a parameter at a column of a run, whatever it is found by.
     #[cold]
     pub(crate) fn mixed_slopes(&self, param: usize, x: i32, run: &Run) -> [f32; 2] {
-        let s = Component::S(param);
-        let (_, s_dx) = self.along(s, run);
-        let s_dy = self.downwards(s, x, run);
+        let (run, s) = (self.in_run(run), Component::S(param));
+        let (_, s_dx) = run.along(s);
+        let s_dy = run.downwards(s, x);
         if !self.times_w(param) {
             return [s_dx as f32, s_dy as f32];
         }
-        let inv_w = self.at(Component::InvW, x, run);
-        let (_, inv_w_dx) = self.along(Component::InvW, run);
-        let inv_w_dy = self.downwards(Component::InvW, x, run);
-        let r = self.at(s, x, run) / inv_w;
+        let inv_w = run.at(Component::InvW, x);
+        let (_, inv_w_dx) = run.along(Component::InvW);
+        let inv_w_dy = run.downwards(Component::InvW, x);
+        let r = run.at(s, x) / inv_w;
         [(s_dx - r * inv_w_dx) / inv_w, (s_dy - r * inv_w_dy) / inv_w].map(|slope| slope as f32)
     }
 }
