@@ -40,7 +40,7 @@ use fearless_simd::Level;
 use glam::{Mat4, Vec3, Vec4};
 use polyscan::color::Color;
 use polyscan::texture::{Filter, MipFilter, Samples, Texture};
-use polyscan::{ClipSpace, Cull, Framebuffer, Mesh, Vertex, ZBufferRenderer};
+use polyscan::{ClipSpace, Cull, FootprintBlock, Framebuffer, Mesh, Vertex, ZBufferRenderer};
 
 const SCENES: [&str; 11] =
     ["w1", "w1_equal", "w2b", "w2f", "w3", "w4", "w5_2", "w5_4", "w5_8", "w5_16", "w6"];
@@ -277,13 +277,24 @@ fn run_filtered(
             (true, false) => {
                 renderer.draw(frame, mesh, |f| code(texture.sample_footprint(&f.footprint(0, 1))));
             }
-            (false, true) => renderer.draw_blocks(frame, mesh, |block, colors| {
-                *colors = texture.sample_block(&block.params, block.visible).map(code);
-            }),
-            (false, false) => renderer.draw_blocks(frame, mesh, |block, colors| {
-                let of = block.footprint(0, 1);
-                *colors = texture.sample_footprint_block(&of, block.visible).map(code);
-            }),
+            (false, true) => renderer.draw_blocks(
+                frame,
+                mesh,
+                #[inline(always)]
+                |block, colors| {
+                    let of = FootprintBlock { uv: block.params, ..FootprintBlock::default() };
+                    *colors = texture.srgb8_block(&of, block.visible).map(u32::from_le_bytes);
+                },
+            ),
+            (false, false) => renderer.draw_blocks(
+                frame,
+                mesh,
+                #[inline(always)]
+                |block, colors| {
+                    let of = block.footprint(0, 1);
+                    *colors = texture.srgb8_block(&of, block.visible).map(u32::from_le_bytes);
+                },
+            ),
         }
     })
 }

@@ -23,6 +23,13 @@ impl From<Vec2> for Footprint {
     }
 }
 
+impl From<[f32; 2]> for Footprint {
+    /// A point, of no extent.
+    fn from(uv: [f32; 2]) -> Self {
+        Vec2::from(uv).into()
+    }
+}
+
 /// The footprints of a block's pixels: each value first for u, then for v.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FootprintBlock {
@@ -44,5 +51,17 @@ impl FootprintBlock {
             Vec2::new(u[lane], v[lane])
         };
         Footprint { uv: of(&self.uv), dx: of(&self.dx), dy: of(&self.dy) }
+    }
+
+    /// Replaces one of the footprints. Lanes beyond the last count as the last.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, footprint: &Footprint) {
+        let set = |[u, v]: &mut [Lanes; 2], value: Vec2| {
+            let lane = lane.min(u.len() - 1);
+            [u[lane], v[lane]] = value.to_array();
+        };
+        set(&mut self.uv, footprint.uv);
+        set(&mut self.dx, footprint.dx);
+        set(&mut self.dy, footprint.dy);
     }
 }

@@ -5,6 +5,7 @@ use std::ops::Add;
 use glam::{Vec3, Vec4};
 
 use crate::color::{Color, decode};
+use crate::fragment::LANES;
 
 /// What a shader may return for a pixel of colour `C`: a colour, which replaces the pixel's; an
 /// `Option` of one, where `None` discards the fragment; or a colour in [`Over`] or [`Additive`], which
@@ -28,10 +29,24 @@ use crate::color::{Color, decode};
     label = "the shader returns `{Self}`",
     note = "return a `{C}`, an `Option<{C}>`, or a blended colour such as `render::Over`"
 )]
-pub trait Paint<C> {
+pub trait Paint<C>: Sized {
     /// Changes the pixel's colour, or returns `false` to discard the fragment, so that neither
     /// colour nor depth is written.
     fn paint(self, pixel: &mut C) -> bool;
+
+    /// Whether [`paint_block`](Self::paint_block) is called in place of [`paint`](Self::paint) where there are
+    /// many pixels: when the shader has been called for all of them.
+    const IN_BLOCKS: bool = false;
+
+    /// Changes those of a block's pixels for which there is something, and returns a bit for each, but for
+    /// those that are discarded.
+    fn paint_block(paints: [Option<Self>; LANES], pixels: &mut [C; LANES]) -> u32 {
+        let mut drawn = 0;
+        for (lane, (paint, pixel)) in paints.into_iter().zip(pixels).enumerate() {
+            drawn |= u32::from(paint.is_some_and(|paint| paint.paint(pixel))) << lane;
+        }
+        drawn
+    }
 }
 
 impl<C> Paint<C> for C {

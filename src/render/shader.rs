@@ -263,11 +263,19 @@ impl<F: Copy, R> Copy for PerFragment<F, R> {}
 
 impl<const N: usize, C, R, F> Shader<C, N> for PerFragment<F, R>
 where
+    C: Copy,
     R: Paint<C>,
     F: FragmentFunction<R, N>,
 {
     #[inline(always)]
     fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
+        if R::IN_BLOCKS {
+            let paints = std::array::from_fn(
+                #[inline(always)]
+                |lane| Some(self.0.call(&block.fragment(lane))),
+            );
+            return R::paint_block(paints, colors);
+        }
         let mut drawn = ALL;
         // A plain loop, which the compiler may turn into SIMD.
         for (lane, color) in colors.iter_mut().enumerate() {
@@ -285,6 +293,21 @@ where
         colors: Halves<'_, C>,
     ) -> u32 {
         let (mut drawn, mut left) = (block.visible, block.visible);
+        if R::IN_BLOCKS {
+            let paints = std::array::from_fn(
+                #[inline(always)]
+                |lane| (left >> lane & 1 != 0).then(|| self.0.call(&block.fragment(lane))),
+            );
+            let [lower, upper] = colors;
+            let mut pixels = std::array::from_fn(
+                #[inline(always)]
+                |lane| if lane < HALF_BLOCK { lower[lane] } else { upper[lane - HALF_BLOCK] },
+            );
+            drawn = R::paint_block(paints, &mut pixels);
+            lower.copy_from_slice(&pixels[..HALF_BLOCK]);
+            upper.copy_from_slice(&pixels[HALF_BLOCK..]);
+            return drawn;
+        }
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;

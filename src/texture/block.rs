@@ -9,12 +9,15 @@ use glam::{Vec2, Vec4, vec2};
 use crate::fragment::{FootprintBlock, LANES, Lanes};
 use crate::texture::level::{MipFilter, Sides};
 use crate::texture::minify::{Chain, Filtering, probe_at};
-use crate::texture::sample::{Filter, mix};
-use crate::texture::texels::{Fetch, Level};
+use crate::texture::sample::{Filter, Surroundings, mix};
+use crate::texture::texels::{Fetch, Level, Texels};
 use crate::texture::wrap::{Neighbours, Wrap, nearest_index};
 
 /// The colour of each lane.
 pub(super) type Colors = [Vec4; LANES];
+
+/// The same in 8-bit sRGB.
+pub(super) type Codes = [[u8; 4]; LANES];
 
 /// The neighbours of each lane's point along one axis.
 struct Axis {
@@ -54,46 +57,86 @@ impl Axis {
     }
 }
 
-/// The level of each lane, and its size.
+/// The level of each lane: its size, and the number of its first texel.
 struct Levels {
-    number: [u32; LANES],
     width: [u32; LANES],
     height: [u32; LANES],
+    start: [u32; LANES],
 }
 
 impl Levels {
-    /// Those of numbers that a picture of a size has levels for.
+    /// The same level for all lanes.
     #[inline(always)]
-    fn of(base: Level, number: [u32; LANES]) -> Self {
-        // Halves, rounded down again and again, are shifts.
-        let shifted = |size: u32| {
-            let mut sizes = [0; LANES];
-            for lane in 0..LANES {
-                sizes[lane] = (size >> (number[lane] & 31)).max(1);
-            }
-            sizes
-        };
-        Self { number, width: shifted(base.width), height: shifted(base.height) }
+    fn all(level: Level) -> Self {
+        let Level { width, height, start } = level;
+        Self { width: [width; LANES], height: [height; LANES], start: [start as u32; LANES] }
     }
 
-    /// The numbers of texels within their levels, by column and row; `u64::MAX` for one outside.
+    /// Those with given numbers.
     #[inline(always)]
-    fn texels(&self, x: &[u32; LANES], y: &[u32; LANES]) -> [u64; LANES] {
-        let mut numbers = [0; LANES];
-        for lane in 0..LANES {
-            let (width, height) = (self.width[lane], self.height[lane]);
-            let number = u64::from(y[lane]) * u64::from(width) + u64::from(x[lane]);
-            let is_inside = (x[lane] < width) & (y[lane] < height);
-            numbers[lane] = if is_inside { number } else { u64::MAX };
+    fn of(texels: &Texels, numbers: &[u32; LANES]) -> Self {
+        let Level { width, height, .. } = texels.base();
+        let mut levels = Self { width: [0; LANES], height: [0; LANES], start: [0; LANES] };
+        // Halves, rounded down again and again, are shifts.
+        for (lane, number) in numbers.iter().enumerate() {
+            levels.width[lane] = (width >> (number & 31)).max(1);
+            levels.height[lane] = (height >> (number & 31)).max(1);
         }
-        numbers
+        let starts = texels.starts();
+        for (lane, number) in numbers.iter().enumerate() {
+            levels.start[lane] = starts[(number & 31) as usize];
+        }
+        levels
+    }
+}
+
+/// The four texels around each lane's point, by their numbers, and where between them it is.
+struct Surrounding {
+    /// The upper two, then the lower two.
+    texels: [[u32; LANES]; 4],
+    fraction: [Lanes; 2],
+}
+
+impl Surrounding {
+    #[inline(always)]
+    fn of([u, v]: &[Lanes; 2], levels: &Levels, around: &Surroundings) -> Self {
+        // Without a border all are in the picture.
+        let float = |sizes: &[u32; LANES]| {
+            let mut floats = [0.0; LANES];
+            for (float, size) in floats.iter_mut().zip(sizes) {
+                // At most 2^16; as a signed number it takes one instruction.
+                *float = *size as i32 as f32;
+            }
+            floats
+        };
+        let x = Axis::around(u, &float(&levels.width), around.u);
+        let y = Axis::around(v, &float(&levels.height), around.v);
+        let mut texels = [[0; LANES]; 4];
+        let [upper_left, upper_right, lower_left, lower_right] = &mut texels;
+        for lane in 0..LANES {
+            let (start, width) = (levels.start[lane], levels.width[lane]);
+            let row = |y: u32| y.wrapping_mul(width).wrapping_add(start);
+            let (upper, lower) = (row(y.low[lane]), row(y.high[lane]));
+            upper_left[lane] = upper.wrapping_add(x.low[lane]);
+            upper_right[lane] = upper.wrapping_add(x.high[lane]);
+            lower_left[lane] = lower.wrapping_add(x.low[lane]);
+            lower_right[lane] = lower.wrapping_add(x.high[lane]);
+        }
+        Self { texels, fraction: [x.fraction, y.fraction] }
     }
 }
 
 /// Calls `f` for the lanes that have a bit in a mask.
 #[inline(always)]
 fn for_lanes(mask: u32, mut f: impl FnMut(usize)) {
-    let mut left = mask & ((1 << LANES) - 1);
+    const ALL: u32 = (1 << LANES) - 1;
+    if mask & ALL == ALL {
+        for lane in 0..LANES {
+            f(lane);
+        }
+        return;
+    }
+    let mut left = mask & ALL;
     while left != 0 {
         f(left.trailing_zeros() as usize % LANES);
         left &= left - 1;
@@ -106,10 +149,11 @@ impl<F: Fetch> Chain<'_, F> {
     pub(super) fn magnified_block(&self, uv: &[Lanes; 2], mask: u32, colors: &mut Colors) {
         match self.how.filter {
             Filter::Nearest => self.nearest_block(uv, mask, colors),
-            Filter::Bilinear => {
-                self.bilinear_block(uv, &[0; LANES], mask, colors);
+            Filter::Bilinear if self.is_plain() => {
+                let levels = Levels::all(self.base.size);
+                self.bilinear_block(uv, &levels, mask, |lane, color| colors[lane] = color);
             }
-            Filter::Bicubic(_) => for_lanes(mask, |lane| {
+            _ => for_lanes(mask, |lane| {
                 colors[lane] = self.magnified(vec2(uv[0][lane], uv[1][lane]));
             }),
         }
@@ -119,20 +163,33 @@ impl<F: Fetch> Chain<'_, F> {
     #[inline(always)]
     pub(super) fn sample_block(&self, of: &FootprintBlock, mask: u32, colors: &mut Colors) {
         let Filtering { mip_filter, filter, .. } = self.how;
+        let is_bilinear = *filter == Filter::Bilinear && self.is_plain();
         match mip_filter {
             MipFilter::Off => self.magnified_block(&of.uv, mask, colors),
-            MipFilter::Linear if *filter == Filter::Bilinear => {
+            MipFilter::Linear if is_bilinear => {
                 let mut lambdas = [0.0; LANES];
                 for (lane, lambda) in lambdas.iter_mut().enumerate() {
                     *lambda = self.how.adjusted(self.sides(of, lane).lambda());
                 }
                 self.trilinear_block(&of.uv, &lambdas, mask, colors);
             }
-            MipFilter::Anisotropic { probes } if *filter == Filter::Bilinear => {
+            MipFilter::Anisotropic { probes } if is_bilinear => {
                 self.anisotropic_block(of, *probes, mask, colors);
             }
             _ => for_lanes(mask, |lane| colors[lane] = self.sample(&of.get(lane))),
         }
+    }
+
+    /// Whether the four texels around a point are in the picture, and have numbers of 32 bits.
+    #[inline(always)]
+    fn is_plain(&self) -> bool {
+        self.texels.has_short_numbers() && !self.how.around.has_border()
+    }
+
+    /// Whether all colours are opaque.
+    #[inline(always)]
+    pub(super) fn is_opaque(&self) -> bool {
+        F::OPAQUE && !self.how.around.has_border()
     }
 
     #[inline(always)]
@@ -148,49 +205,65 @@ impl<F: Fetch> Chain<'_, F> {
 
     /// The texels in which points lie.
     #[inline(always)]
-    fn nearest_block(&self, [u, v]: &[Lanes; 2], mask: u32, colors: &mut Colors) {
-        let (size, around) = (self.base.size, &self.how.around);
-        let x = nearest_indices(u, size.width, around.u);
-        let y = nearest_indices(v, size.height, around.v);
-        let numbers = Levels::of(size, [0; LANES]).texels(&x, &y);
+    fn nearest_block(&self, uv: &[Lanes; 2], mask: u32, colors: &mut Colors) {
+        let (x, y) = self.nearest_places(uv);
         for_lanes(mask, |lane| {
-            colors[lane] = self.base.numbered(numbers[lane]).unwrap_or(around.border);
+            let texel = self.base.get(x[lane], y[lane]);
+            colors[lane] = texel.unwrap_or(self.how.around.border);
         });
+    }
+
+    /// The codes of the texels in which points lie, if they are what is asked for, and are opaque.
+    #[inline(always)]
+    pub(super) fn codes_block(&self, uv: &[Lanes; 2], mask: u32, codes: &mut Codes) -> bool {
+        let Filtering { filter, mip_filter, .. } = self.how;
+        let is_nearest = *filter == Filter::Nearest && *mip_filter == MipFilter::Off;
+        if !is_nearest || !F::OPAQUE || !self.is_plain() {
+            return false;
+        }
+        let (x, y) = self.nearest_places(uv);
+        let mut numbers = [0; LANES];
+        for lane in 0..LANES {
+            numbers[lane] = y[lane].wrapping_mul(self.base.size.width).wrapping_add(x[lane]);
+        }
+        for_lanes(mask, |lane| {
+            codes[lane] = self.base.code_numbered(numbers[lane] as usize).unwrap_or_default();
+        });
+        true
+    }
+
+    /// Columns and rows of the texels in which points lie.
+    #[inline(always)]
+    fn nearest_places(&self, [u, v]: &[Lanes; 2]) -> ([u32; LANES], [u32; LANES]) {
+        let (size, around) = (self.base.size, &self.how.around);
+        (nearest_indices(u, size.width, around.u), nearest_indices(v, size.height, around.v))
     }
 
     /// The bilinear means at points, each on a level of its own.
     #[inline(always)]
     fn bilinear_block(
         &self,
-        [u, v]: &[Lanes; 2],
-        numbers: &[u32; LANES],
+        uv: &[Lanes; 2],
+        levels: &Levels,
         mask: u32,
-        colors: &mut Colors,
+        mut take: impl FnMut(usize, Vec4),
     ) {
-        let levels = Levels::of(self.base.size, *numbers);
-        let float = |sizes: &[u32; LANES]| {
-            let mut floats = [0.0; LANES];
-            for (float, size) in floats.iter_mut().zip(sizes) {
-                // At most 2^16; as a signed number it takes one instruction.
-                *float = *size as i32 as f32;
-            }
-            floats
-        };
         let around = &self.how.around;
-        let x = Axis::around(u, &float(&levels.width), around.u);
-        let y = Axis::around(v, &float(&levels.height), around.v);
-        let upper = [levels.texels(&x.low, &y.low), levels.texels(&x.high, &y.low)];
-        let lower = [levels.texels(&x.low, &y.high), levels.texels(&x.high, &y.high)];
-        for_lanes(mask, |lane| {
-            let start = self.level(levels.number[lane]).size.start as u64;
-            let texel = |numbers: &[u64; LANES]| {
-                let number = start.saturating_add(numbers[lane]);
-                self.base.numbered(number).unwrap_or(around.border)
-            };
-            let mixed =
-                |[low, high]: &[[u64; LANES]; 2]| mix(texel(low), texel(high), x.fraction[lane]);
-            colors[lane] = mix(mixed(&upper), mixed(&lower), y.fraction[lane]);
-        });
+        let Surrounding { texels, fraction: [x, y] } = &Surrounding::of(uv, levels, around);
+        for_lanes(
+            mask,
+            #[inline(always)]
+            |lane| {
+                let texel = |corner: usize| {
+                    let number = texels[corner][lane] as usize;
+                    self.base.light_numbered(number).unwrap_or_default()
+                };
+                let upper = mix(texel(0), texel(1), x[lane]);
+                let color = mix(upper, mix(texel(2), texel(3), x[lane]), y[lane]);
+                // The mean of opaque texels is opaque.
+                take(lane, if F::OPAQUE { color.with_w(1.0) } else { color });
+            },
+        );
     }
 
     /// The trilinear means; of what is magnified, the bilinear ones.
@@ -204,12 +277,12 @@ impl<F: Fetch> Chain<'_, F> {
             between |= u32::from(fraction > 0.0) << lane;
         }
         between &= mask;
-        self.bilinear_block(uv, &finer, mask, colors);
+        let finer = Levels::of(self.texels, &finer);
+        self.bilinear_block(uv, &finer, mask, |lane, color| colors[lane] = color);
         if between != 0 {
-            let mut others = [Vec4::ZERO; LANES];
-            self.bilinear_block(uv, &coarser, between, &mut others);
-            for_lanes(between, |lane| {
-                colors[lane] = mix(colors[lane], others[lane], fractions[lane]);
+            let coarser = Levels::of(self.texels, &coarser);
+            self.bilinear_block(uv, &coarser, between, |lane, color| {
+                colors[lane] = mix(colors[lane], color, fractions[lane]);
             });
         }
     }

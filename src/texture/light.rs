@@ -10,7 +10,7 @@ use crate::color::{Color, decode, linear};
 #[inline(always)]
 pub(super) fn light_of_8([r, g, b, alpha]: [u8; 4]) -> Vec4 {
     // As the colour times alpha, with alpha beside it: 1 times alpha is alpha.
-    Vec4::new(decode(r), decode(g), decode(b), 1.0) * PARTS_OF_255[usize::from(alpha)]
+    opaque_of_8([r, g, b]) * PARTS_OF_255[usize::from(alpha)]
 }
 
 /// The opaque texel of red, green and blue in 8 bits each, sRGB.

@@ -29,6 +29,14 @@ pub(super) struct Surroundings {
     pub(super) border: Vec4,
 }
 
+impl Surroundings {
+    /// Whether there is a border along an axis.
+    #[inline(always)]
+    pub(super) fn has_border(&self) -> bool {
+        self.u == Wrap::Border || self.v == Wrap::Border
+    }
+}
+
 /// The colour at `uv` by a filter.
 #[inline(always)]
 pub(super) fn by_filter(
@@ -57,15 +65,15 @@ pub(super) fn nearest(texels: &LevelTexels<impl Fetch>, around: &Surroundings, u
 pub(super) fn bilinear(texels: &LevelTexels<impl Fetch>, around: &Surroundings, uv: Vec2) -> Vec4 {
     let size = (texels.size.width, texels.size.height);
     let (x, y) = Neighbours::of_point(uv, size, (around.u, around.v));
-    let has_border = around.u == Wrap::Border || around.v == Wrap::Border;
-    let start = |row: u32| texels.size.start as u64 + u64::from(row) * u64::from(size.0);
-    let mixed = |row: u32, start: u64| {
+    let has_border = around.has_border();
+    let start = |row: u32| texels.size.start + row as usize * size.0 as usize;
+    let mixed = |row: u32, start: usize| {
         let texel = |column: u32| {
             // Without a border all are inside.
             let texel = if has_border {
                 texels.get(column, row)
             } else {
-                texels.numbered(start + u64::from(column))
+                texels.numbered(start + column as usize)
             };
             texel.unwrap_or(around.border)
         };

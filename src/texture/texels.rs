@@ -2,6 +2,7 @@
 
 use glam::Vec4;
 
+use crate::color::decode;
 use crate::texture::error::TextureError;
 use crate::texture::format::Samples;
 use crate::texture::light::{
@@ -22,6 +23,8 @@ pub(super) struct Texels {
     base: Level,
     /// Its smaller versions, if it has them.
     smaller: Vec<Level>,
+    /// The numbers of the levels' first texels, those of the last one beyond it.
+    starts: [u32; 32],
 }
 
 /// The size of a picture in memory, both sides from 1 to [`MAX_SIDE`], and where its texels begin.
@@ -36,6 +39,21 @@ pub(super) struct Level {
 pub(super) trait Fetch: Copy + Send + Sync {
     /// The texel with a number: linear light, premultiplied by alpha; `None` beyond the last.
     fn fetch(self, number: usize) -> Option<Vec4>;
+
+    /// Whether all texels are known to be opaque.
+    const OPAQUE: bool = false;
+
+    /// A texel of 8-bit sRGB that is known to be opaque, as it is.
+    #[inline(always)]
+    fn fetch_code(self, _number: usize) -> Option<[u8; 4]> {
+        None
+    }
+
+    /// [`fetch`](Self::fetch), but for the alpha of texels that are known to be opaque.
+    #[inline(always)]
+    fn fetch_light(self, number: usize) -> Option<Vec4> {
+        self.fetch(number)
+    }
 }
 
 /// A level with its texels.
@@ -64,8 +82,20 @@ impl<F: Fetch> LevelTexels<F> {
 
     /// The texel with a number among those of all levels.
     #[inline(always)]
-    pub(super) fn numbered(&self, number: u64) -> Option<Vec4> {
-        self.texels.fetch(usize::try_from(number).unwrap_or(usize::MAX))
+    pub(super) fn numbered(&self, number: usize) -> Option<Vec4> {
+        self.texels.fetch(number)
+    }
+
+    /// The code of a texel that is known to be opaque.
+    #[inline(always)]
+    pub(super) fn code_numbered(&self, number: usize) -> Option<[u8; 4]> {
+        self.texels.fetch_code(number)
+    }
+
+    /// The same, but for the alpha of texels that are known to be opaque.
+    #[inline(always)]
+    pub(super) fn light_numbered(&self, number: usize) -> Option<Vec4> {
+        self.texels.fetch_light(number)
     }
 }
 
@@ -78,6 +108,21 @@ impl<const OPAQUE: bool> Fetch for Srgba8<'_, OPAQUE> {
     fn fetch(self, number: usize) -> Option<Vec4> {
         let [r, g, b, alpha] = *self.0.get(number)?;
         Some(if OPAQUE { opaque_of_8([r, g, b]) } else { light_of_8([r, g, b, alpha]) })
+    }
+
+    const OPAQUE: bool = OPAQUE;
+
+    #[inline(always)]
+    fn fetch_light(self, number: usize) -> Option<Vec4> {
+        let [r, g, b, alpha] = *self.0.get(number)?;
+        // Three numbers and a zero take fewer instructions than three and a one.
+        let light = Vec4::new(decode(r), decode(g), decode(b), 0.0);
+        Some(if OPAQUE { light } else { light_of_8([r, g, b, alpha]) })
+    }
+
+    #[inline(always)]
+    fn fetch_code(self, number: usize) -> Option<[u8; 4]> {
+        if OPAQUE { self.0.get(number).copied() } else { None }
     }
 }
 
@@ -145,7 +190,8 @@ fn texel<T: Copy>(samples: &[T], channels: usize, number: usize, opaque: T) -> O
 /// for all others.
 macro_rules! with_texels {
     ($texels:expr, $level:expr, $view:ident => $code:expr) => {{
-        let (texels, level): (&Texels, $crate::texture::texels::Level) = ($texels, $level);
+        let (texels, level): (&$crate::texture::texels::Texels, $crate::texture::texels::Level) =
+            ($texels, $level);
         if let Some($view) = texels.opaque_srgba8(level) {
             $code
         } else if let Some($view) = texels.srgba8(level) {
@@ -186,7 +232,8 @@ impl Texels {
             }
             _ => false,
         };
-        Ok(Self { samples, channels, is_opaque_srgba8, base, smaller: Vec::new() })
+        let (smaller, starts) = (Vec::new(), [0; 32]);
+        Ok(Self { samples, channels, is_opaque_srgba8, base, smaller, starts })
     }
 
     /// Collects texels in linear light that come row by row from the top.
@@ -221,9 +268,22 @@ impl Texels {
         }
     }
 
+    /// Whether the numbers of all texels, of all levels, are below `u32::MAX`.
+    #[inline(always)]
+    pub(super) fn has_short_numbers(&self) -> bool {
+        self.samples.len() < u32::MAX as usize
+    }
+
+    /// The numbers of the levels' first texels, if they are [short](Self::has_short_numbers).
+    #[inline(always)]
+    pub(super) fn starts(&self) -> &[u32; 32] {
+        &self.starts
+    }
+
     /// Forgets all levels but the picture itself.
     pub(super) fn drop_smaller(&mut self) {
         self.smaller.clear();
+        self.starts = [0; 32];
         let count = self.base.width as usize * self.base.height as usize * self.channels;
         self.samples.truncate(count);
     }
@@ -250,6 +310,7 @@ impl Texels {
         let start = self.samples.len() / self.channels;
         push(&mut self.samples);
         self.smaller.push(Level { width, height, start });
+        self.starts[self.smaller.len().min(31)..].fill(start as u32);
     }
 
     /// The samples of all levels.

@@ -1,11 +1,12 @@
 //! Filters, mip chains and stored formats against arithmetic in `f64` that is written from the
 //! definitions: areas by overlap, cubics by their formula, levels by logarithms.
 
-use glam::{DVec2, DVec4, Vec2, Vec4, vec2};
-use polyscan::color::decode;
+use glam::{DVec2, DVec4, Vec2, Vec3, Vec4, vec2};
+use polyscan::color::{Color, decode};
 use polyscan::texture::{Cubic, Filter, Format, MipFilter, Samples, Texture, Wrap};
 use polyscan::{
-    Footprint, FootprintBlock, Level, ParameterMatrix, ScanConverter, Vertex, Viewport,
+    Footprint, FootprintBlock, Fragment, Framebuffer, Level, Mesh, ParameterMatrix, ScanConverter,
+    Vertex, Viewport, ZBufferRenderer,
 };
 
 const WRAPS: [Wrap; 4] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror, Wrap::Border];
@@ -594,16 +595,62 @@ fn check_blocks(texture: &Texture, all: &[Footprint], bits: impl Fn(Vec4) -> [u3
             let (block, mask) = (block_of(footprints), [0xffff, 0x5a3c, 0x8001][i % 3]);
             let ours = texture.sample_footprint_block(&block, mask);
             let points = texture.sample_block(&block.uv, mask);
+            let pixels = texture.srgb8_block(&block, mask);
             for (lane, footprint) in footprints.iter().enumerate() {
                 let is_visible = mask >> lane & 1 != 0;
                 let color = |color: Vec4| if is_visible { color } else { Vec4::ZERO };
                 let alone = color(texture.sample_footprint(footprint));
                 assert_eq!(bits(ours[lane]), bits(alone), "{texture:?} {footprint:?}");
+                if is_visible {
+                    assert_eq!(pixels[lane], alone.to_srgb8(), "{texture:?} {footprint:?}");
+                }
                 let alone = color(texture.sample(footprint.uv));
                 assert_eq!(bits(points[lane]), bits(alone), "{texture:?} {footprint:?}");
             }
         }
     }
+}
+
+#[test]
+fn paints_are_what_samples_are() {
+    let smooth = noise(33, 17).with_mipmaps().expect("memory");
+    let board = |x: u32, y: u32| if (x + y) % 2 == 0 { Vec4::ONE } else { Vec4::W };
+    let sharp = Texture::from_fn(8, 8, board).expect("a small picture");
+    let textures = [smooth, sharp.with_filter(Filter::Nearest)];
+    let mut random = Random(7);
+    // A quad that fills the picture, and many triangles of some pixels before it.
+    let mut vertex = |size: f32, at: Vec2, z: f32| {
+        let (at, w) = (at + random.vec2(size), 1.0 + random.next());
+        Vertex::new(Vec4::new(at.x * w, at.y * w, z * w, w), random.vec2(3.0))
+    };
+    let corners = [vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0)];
+    let mut vertices: Vec<_> = corners.map(|at| vertex(0.0, at, 0.9)).into();
+    let mut faces = vec![vec![0, 1, 2, 3]];
+    for i in 0..400_u32 {
+        let at = vec2(i as f32 / 200.0 - 1.0, (i * 7 % 400) as f32 / 200.0 - 1.0);
+        vertices.extend([(); 3].map(|()| vertex(0.15, at, 0.5)));
+        faces.push((vertices.len() as u32 - 3..vertices.len() as u32).collect());
+    }
+    let mesh = Mesh::new(&vertices, &faces);
+    let texture = |fragment: &Fragment<'_, 2>| &textures[fragment.face as usize % 2];
+
+    macro_rules! compare {
+        ($clear:expr, $color:expr) => {
+            let mut by_paints = Framebuffer::new(150, 90, $clear).expect("a small size");
+            let mut by_samples = by_paints.clone();
+            let mut renderer = ZBufferRenderer::new(by_paints.viewport());
+            renderer.draw(&mut by_paints, mesh, |f| texture(f).paint(f.footprint(0, 1)));
+            renderer.draw(&mut by_samples, mesh, |f| {
+                $color(texture(f).sample_footprint(&f.footprint(0, 1)))
+            });
+            assert!(by_paints.color().iter().any(|color| *color != by_paints.color()[0]));
+            assert_eq!(by_paints.color(), by_samples.color());
+            assert_eq!(by_paints.depth(), by_samples.depth());
+        };
+    }
+    compare!([0; 4], Vec4::to_srgb8);
+    compare!(Vec4::ZERO, |color: Vec4| color);
+    compare!(Vec3::ZERO, Vec4::truncate);
 }
 
 // --------------------------------------------------------------------------------- derivatives
