@@ -18,6 +18,9 @@
 //! (`coverage::active`), each stepped by `coverage::edge`; what is inside there, a [`FillRule`] says.
 //! A convex outline has at most two active edges and needs no table (`coverage::convex`). A triangle's
 //! three edges are lines in f64, of which eight rows are found at once (`coverage::triangle`).
+//!
+//! Lines of width 1 are no polygons: they have the pixels that the diamond-exit rule gives
+//! (`coverage::line`).
 
 mod fill_rule;
 mod edge;
@@ -25,6 +28,7 @@ pub(crate) mod area;
 pub(crate) mod run;
 mod convex;
 pub(crate) mod triangle;
+pub(crate) mod line;
 mod active;
 pub(crate) mod shape;
 mod edge_table;

@@ -55,10 +55,10 @@
 //! |---|---|
 //! | [`subpixel`] | positions rounded to 1/256 pixel: the joint between clipping and coverage |
 //! | [`project`] | divides by w, keeps 1/w |
-//! | [`coverage`] | which pixels: `coverage::fill_rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, `coverage::active` edges, the `coverage::shape` as a value, the `coverage::edge_table` |
+//! | [`coverage`] | which pixels: `coverage::fill_rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, the pixels of a `coverage::line`, `coverage::active` edges, the `coverage::shape` as a value, the `coverage::edge_table` |
 //! | `window` | the columns and rows that are visited |
 //! | `settings` | [`Settings`]: how polygons are brought to the screen |
-//! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon` |
+//! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon`, a `surface::line` |
 //! | `primitive` | a polygon ready for its rows: the one place where one is prepared |
 //! | [`parameter_matrix`] | the paper's equation (1) |
 //! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel` |
@@ -76,8 +76,10 @@
 //! | `render::target`, `render::framebuffer` | memory to draw to, borrowed or owned |
 //! | `render::faces`, `render::corners` | index lists; vertices projected once each |
 //! | `render::bsp` | [`BspTree`]: `render::bsp::plane`s, the `render::bsp::partition`, how to `render::bsp::build` it |
-//! | `render::geometry`, `render::by_depth`, `render::front` | what is drawn, in which order, by which methods |
+//! | `render::stroke_style`, `render::geometry`, `render::lines` | what is drawn: polygons and meshes, lines and points, and how these look |
+//! | `render::by_depth`, `render::front` | in which order, by which methods |
 //! | `render::mesh` | many faces at once, in `render::mesh::bins` |
+//! | `render::strokes` | lines and points: each `render::strokes::segment` clipped, the polygons of `render::strokes::wide` ones |
 //! | `render::z_buffer` | [`ZBufferRenderer`] |
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
@@ -224,8 +226,8 @@ pub use self::model::Model;
 pub use self::outline::Outline;
 pub use self::parameter_matrix::ParameterMatrix;
 pub use self::render::{
-    BspTree, DepthTest, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, Target, TargetError,
-    ZBufferRenderer,
+    BspTree, DepthTest, Framebuffer, Lines, Mesh, PainterRenderer, Points, ScanlineRenderer,
+    Target, TargetError, ZBufferRenderer,
 };
 pub use self::scan::{ScanConverter, Surface};
 pub use self::settings::{Cull, DepthBias, DepthMode, FrontFace, Settings};

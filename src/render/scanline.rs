@@ -34,6 +34,7 @@ use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::render::band::Band;
 use crate::render::corners::ProjectedVertices;
 use crate::render::depth::DepthTest;
+use crate::render::faces::FaceList;
 use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
 use crate::render::geometry::{Batch, Geometry};
 use crate::render::paint::Paint;
@@ -42,6 +43,7 @@ use crate::render::raster::plan::Plan;
 use crate::render::scanline::active::ActiveFaces;
 use crate::render::scanline::draw::{RowsMemory, draw_rows, rows_at_once};
 use crate::render::shader::{Painter, Shader};
+use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::vertices::Vertices;
@@ -99,6 +101,7 @@ pub(crate) struct Drawer {
     corners: ProjectedVertices,
     faces: ActiveFaces,
     rows: RowsMemory,
+    strokes: Strokes,
 }
 
 impl<const N: usize> ScanlineRenderer<N> {
@@ -182,10 +185,14 @@ impl<const N: usize> ScanlineRenderer<N> {
     {
         let mut result = Ok(());
         let Parts { settings, level, plan, front, drawer } = self.parts();
-        let Drawer { corners, faces, rows } = drawer;
+        let Drawer { corners, faces, rows, strokes } = drawer;
         settings.collect_planes(&mut front.planes);
         let call = settings.call(settings.viewport.rect(), &front.planes);
         geometry.submit(&mut front.geometry, usize::MAX, &mut |batch| {
+            let batch = match strokes.prepare(&call, batch) {
+                true => &Batch { faces: &FaceList::default(), ..*batch },
+                false => batch,
+            };
             faces.begin(&call, level, batch, corners);
             let mut stream = Stream {
                 call: &call,
@@ -193,6 +200,7 @@ impl<const N: usize> ScanlineRenderer<N> {
                 plan,
                 faces,
                 rows,
+                strokes,
                 vertices: batch.vertices,
                 background,
                 shader,
@@ -240,7 +248,10 @@ impl DrawFaces for Drawer {
         band: &mut Band<'_>,
         mut shading: Shading<'_>,
     ) {
-        let Self { corners, faces, rows } = self;
+        let Self { corners, faces, rows, strokes } = self;
+        if strokes.prepare(call, batch) {
+            return strokes.draw(call, (level, plan), band, shading);
+        }
         faces.begin(call, level, batch, corners);
         let height = band.rows().len();
         let at_once = rows_at_once(band.width as u32) as usize * 2 * threads();
@@ -261,6 +272,7 @@ struct Stream<'a, C, K> {
     plan: Plan,
     faces: &'a mut ActiveFaces,
     rows: &'a mut RowsMemory,
+    strokes: &'a mut Strokes,
     vertices: &'a dyn Vertices,
     background: C,
     shader: K,
@@ -322,10 +334,12 @@ impl<C: Copy + Send + Sync, K: Copy + Send + Sync> Stream<'_, C, K> {
         let visited = call.window.rows_within(&band.rows());
         self.faces.advance(call, vertices, &visited);
         let (faces, memory, colors) = (&*self.faces, &mut *self.rows, &mut rows.color[..]);
+        let strokes = &mut *self.strokes;
         for_level!(level, simd => {
             let mut painter = Painter::<_, _, _, N> { simd, colors, pixels_before: 0, shader };
             let shading = Shading::OnThreads(&mut painter);
             draw_rows(call, (level, plan), faces, &mut band, memory, shading);
+            strokes.draw(call, (level, plan), &mut band, Shading::OnThreads(&mut painter));
         });
     }
 }

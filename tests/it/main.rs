@@ -18,6 +18,7 @@ mod far_outside;
 mod stages;
 mod sides;
 mod depth_bias;
+mod lines;
 mod any_input;
 mod regressions;
 mod mesa;
