@@ -55,7 +55,7 @@
 //! |---|---|
 //! | [`subpixel`] | positions rounded to 1/256 pixel: the joint between clipping and coverage |
 //! | [`project`] | divides by w, keeps 1/w |
-//! | [`coverage`] | which pixels: `coverage::fill_rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, the pixels of a `coverage::line`, `coverage::active` edges, the `coverage::shape` as a value, the `coverage::edge_table` |
+//! | [`coverage`] | which pixels: `coverage::fill_rule`, the `coverage::rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, the pixels of a `coverage::line`, `coverage::active` edges, `coverage::conservative` coverage, the `coverage::shape` as a value, the `coverage::edge_table` |
 //! | `window` | the columns and rows that are visited |
 //! | `settings` | [`Settings`]: how polygons are brought to the screen |
 //! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon`, a `surface::line` |
@@ -219,7 +219,7 @@ pub use fearless_simd::Level;
 pub use glam;
 
 pub use self::camera::Camera;
-pub use self::coverage::FillRule;
+pub use self::coverage::{CoverageRule, FillRule, OutsidePolygon};
 pub use self::fragment::{Footprint, FootprintBlock, Fragment, FragmentBlock};
 #[cfg(feature = "model")]
 pub use self::model::Model;

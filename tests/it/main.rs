@@ -19,6 +19,7 @@ mod stages;
 mod sides;
 mod depth_bias;
 mod lines;
+mod conservative;
 mod any_input;
 mod regressions;
 mod mesa;
