@@ -83,6 +83,7 @@
 //! | `render::z_buffer` | [`ZBufferRenderer`] |
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
+//! | [`bake`] | textures baked from meshes in their (u, v) plane; `bake::dilate` continues the borders |
 //! | `render::png_file` | PNG files, whole or row by row |
 //!
 //! **Pictures and models**
@@ -203,6 +204,7 @@ pub mod span;
 pub mod scan;
 pub mod color;
 pub mod render;
+pub mod bake;
 pub mod texture;
 pub mod camera;
 #[cfg(feature = "model")]

@@ -98,9 +98,10 @@ fn covered_area(outline: &[Place], (x, y): Place, rule: CoverageRule) -> bool {
             corners.iter().all(|&c| edges(outline).all(|edge| inwards(edge, c) >= 0))
         }
         _ => {
-            edges(outline).filter(|(a, b)| a != b).all(|edge| {
-                corners.iter().any(|&c| inwards(edge, c) > 0)
-            }) && outline.iter().any(|p| p.0 < x * 256 + 256)
+            edges(outline)
+                .filter(|(a, b)| a != b)
+                .all(|edge| corners.iter().any(|&c| inwards(edge, c) > 0))
+                && outline.iter().any(|p| p.0 < x * 256 + 256)
                 && outline.iter().any(|p| p.0 > x * 256)
                 && outline.iter().any(|p| p.1 < y * 256 + 256)
                 && outline.iter().any(|p| p.1 > y * 256)
@@ -199,8 +200,8 @@ fn has_area(outline: &[Place]) -> bool {
 
 #[test]
 fn outer_and_inner_coverage_are_exact() {
-    let pixels = in_threads(0..300, check);
-    assert!(pixels > 300_000, "only {pixels} pixels");
+    let pixels = in_threads(0..100, check);
+    assert!(pixels > 100_000, "only {pixels} pixels");
 }
 
 #[test]
@@ -281,9 +282,8 @@ struct Lifted {
 fn lifted(rng: &mut Rng, ratio: f64) -> Lifted {
     let outline: Vec<_> = (0..3).map(|_| place(rng, 300)).collect();
     let w = [0; 3].map(|_| f64::from(rng.octaves(1.0, ratio) as f32));
-    let corners = [0; 3].map(|_| {
-        DVec3::from_array([0; 3].map(|_| f64::from(rng.range(-1.0, 1.0) as f32)))
-    });
+    let corners =
+        [0; 3].map(|_| DVec3::from_array([0; 3].map(|_| f64::from(rng.range(-1.0, 1.0) as f32))));
     let vertex = |i: usize| at(outline[i], w[i] as f32, corners[i].as_vec3().to_array());
     let vertices = (0..3).map(vertex).collect();
     Lifted { outline, w, corners, vertices }

@@ -20,6 +20,7 @@ mod sides;
 mod depth_bias;
 mod lines;
 mod conservative;
+mod bake;
 mod any_input;
 mod regressions;
 mod mesa;
