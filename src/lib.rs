@@ -61,7 +61,7 @@
 //! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon` |
 //! | `primitive` | a polygon ready for its rows: the one place where one is prepared |
 //! | [`parameter_matrix`] | the paper's equation (1) |
-//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel` |
+//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel`, and parameters with a denominator of their own, `fragment::cluster`s |
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
 //!

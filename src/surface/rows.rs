@@ -214,12 +214,22 @@ impl<'a> SurfaceView<'a> {
         values.has_params = true;
     }
 
-    fn plane(&self, component: Component) -> ScreenPlane {
+    /// The plane of a value.
+    #[inline(always)]
+    pub(crate) fn plane(&self, component: Component) -> ScreenPlane {
         match component {
             Component::Z => self.base.z,
             Component::InvW => self.base.inv_w,
             Component::S(i) => self.params[i].of(self.lane),
         }
+    }
+
+    /// A value at a pixel's centre, and its slopes, by its plane.
+    #[inline(always)]
+    pub(crate) fn at_pixel(&self, component: Component, column: i32, row: i32) -> ScreenPlane {
+        let (plane, [x, y]) = (self.plane(component), self.base.origin);
+        let [column, row] = [column, row].map(|centre| f64::from(centre) + 0.5);
+        ScreenPlane { value: plane.at(column - x, row - y), ..plane }
     }
 
     /// A run of this polygon.
@@ -261,6 +271,16 @@ impl InRun<'_> {
     pub(crate) fn at(&self, component: Component, x: i32) -> f64 {
         let (start, delta) = self.along(component);
         start + delta * (f64::from(x) - f64::from(self.first[0]))
+    }
+
+    /// A value at the centre of a column, and its slopes, whatever it is found by.
+    #[cold]
+    pub(crate) fn with_slopes(&self, component: Component, x: i32) -> ScreenPlane {
+        ScreenPlane {
+            value: self.at(component, x),
+            dx: self.along(component).1,
+            dy: self.downwards(component, x),
+        }
     }
 
     /// The change of a value per pixel downwards, at a column.

@@ -14,6 +14,7 @@ mod same_everywhere;
 mod clipping;
 mod parting;
 mod parameters;
+mod clusters;
 mod far_outside;
 mod stages;
 mod sides;
