@@ -64,6 +64,7 @@
 //! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel`, and parameters with a denominator of their own, `fragment::cluster`s |
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
+//! | [`parameters`] | which can be interpolated, and how: `parameters::projective` mappings, any `parameters::quad`, any values on a `parameters::polygon`, `parameters::subdivision`; what can be wrong with them, `parameters::error` |
 //!
 //! **Renderers**
 //!
@@ -199,6 +200,7 @@ pub mod parameter_matrix;
 pub mod fragment;
 pub mod span;
 pub mod scan;
+pub mod parameters;
 pub mod color;
 pub mod render;
 pub mod texture;
