@@ -3,6 +3,7 @@
 //! - Heckbert and Moreton, "Interpolation for Polygon Texture Mapping and Shading" (1991), by the subjects of its five
 //!   figures: a checkered square that is turned (1), cut into triangles (2), subdivided (3), a plot of a texture
 //!   coordinate along a row (4), and texture coordinates that are not affine on the square (5).
+//! - Any values at the corners of a pentagon, of which their section 3.4 warns.
 //! - Low, "Perspective-Correct Interpolation" (2002), figure 1: the middle of a line's picture is not the picture of its
 //!   middle.
 //! - Scratchapixel's triangle with its numbers, at 512 x 512.
@@ -22,7 +23,7 @@ use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::color::Color;
 use polyscan::glam::camera::rh::proj::directx::perspective;
 use polyscan::glam::{Mat4, Vec2, Vec3, vec2, vec3, vec4};
-use polyscan::parameters::{self, Subdivision};
+use polyscan::parameters::{self, PolygonValues, Subdivision};
 use polyscan::{Framebuffer, Interpolation, ScanConverter, Vertex, Viewport, ZBufferRenderer};
 
 mod cli;
@@ -73,8 +74,9 @@ fn draw() -> Result<(), Box<dyn Error>> {
         ("heckbert-moreton-3", subdivided(tile)?),
         ("heckbert-moreton-4", plotted()?),
         ("heckbert-moreton-5", not_affine(tile)?),
-        ("low-1", low()?),
+        ("polygon-values", any_values(tile)?),
         ("scratchapixel", scratchapixel()?),
+        ("low-1", low()?),
     ];
     let folder = output.with_extension("");
     cli::make_folder_of(&folder.join("figure"))?;
@@ -121,7 +123,7 @@ fn square(roll: f32) -> [(Vec3, Vec2); 4] {
 }
 
 fn camera() -> Mat4 {
-    perspective(1.05, 1.0, 0.1, 10.0) * Mat4::from_translation(vec3(0.0, 0.0, -2.6))
+    perspective(1.15, 1.0, 0.1, 10.0) * Mat4::from_translation(vec3(0.0, 0.0, -3.0))
 }
 
 fn in_clip_space(square: [(Vec3, Vec2); 4]) -> [Vertex<2>; 4] {
@@ -324,6 +326,36 @@ fn not_affine(size: u32) -> Result<Figure, Box<dyn Error>> {
     figure.caption(0, "not affine, along edges and rows: it depends on the turn");
     figure.caption(1, "on two triangles: a seam");
     figure.caption(2, "a cluster with its own w: one projective mapping");
+    Ok(figure)
+}
+
+/// What section 3.4 of the paper warns of: colours at the corners of a pentagon, along its edges and rows, and by mean
+/// value coordinates.
+fn any_values(size: u32) -> Result<Figure, Box<dyn Error>> {
+    let mut figure = Figure::of_tiles(size, 5, 2);
+    let colors =
+        [[0.9, 0.05, 0.02], [0.9, 0.7, 0.05], [0.02, 0.5, 0.1], [0.05, 0.1, 0.8], [0.9, 0.9, 0.9]];
+    for (column, roll) in (0..).zip(ROLLS) {
+        let corners: [(Vec3, [f32; 3]); 5] = std::array::from_fn(|i| {
+            let angle = i as f32 * std::f32::consts::TAU / 5.0;
+            let matrix = Mat4::from_rotation_z(roll.to_radians()) * Mat4::from_rotation_x(-0.6);
+            (matrix.transform_point3(Vec2::from_angle(angle).extend(0.0)), colors[i])
+        });
+        let values = PolygonValues::new(&corners)?;
+        let position = |i: usize| camera() * corners[i].0.extend(1.0);
+        let plain: [_; 5] = std::array::from_fn(|i| Vertex::new(position(i), corners[i].1));
+        let placed: [_; 5] = std::array::from_fn(|i| Vertex::new(position(i), values.places()[i]));
+        let blank = || Framebuffer::new(size * SAMPLES, size * SAMPLES, PAPER);
+        let (mut by_edges, mut by_place) = (blank()?, blank()?);
+        ZBufferRenderer::new(by_edges.viewport())
+            .draw(&mut by_edges, &plain, |fragment| Vec3::from(fragment.params));
+        ZBufferRenderer::new(by_place.viewport())
+            .draw(&mut by_place, &placed, |fragment| Vec3::from(values.at(fragment.params.into())));
+        figure.put(column, 0, by_edges.downsampled(SAMPLES)?);
+        figure.put(column, 1, by_place.downsampled(SAMPLES)?);
+    }
+    figure.caption(0, "any values, along edges and rows: they depend on the turn");
+    figure.caption(1, "by mean value coordinates");
     Ok(figure)
 }
 

@@ -118,8 +118,11 @@
 //! polygons; they are planes over the screen. A polygon of four or more sides may carry any values
 //! at its vertices, colours for example. Those are interpolated along the polygon's edges and then
 //! across each span, and the result depends on how the polygon is rotated on the screen (Heckbert
-//! and Moreton 1991, section 3.4). Cut the polygon into triangles where that matters, or compute
-//! the colour in the shader from parameters that are affine.
+//! and Moreton 1991, section 3.4).
+//!
+//! Where that matters there are other ways: parameters with a denominator of their own, as a slide projector's picture
+//! has, projective texture coordinates for any quad, mean value coordinates for any values. The module [`parameters`]
+//! leads from the question to the tool.
 //!
 //! # Shaders, and speed
 //!
@@ -174,6 +177,8 @@
 //!   of the Art in Computer Graphics, Springer 1991.
 //! - P. Heckbert, "Generic Convex Polygon Scan Conversion and Clipping", Graphics Gems, 1990.
 //! - K.-L. Low, "Perspective-Correct Interpolation", 2002.
+//! - K. Hormann and M. Floater, "Mean Value Coordinates for Arbitrary Planar Polygons", ACM Transactions on
+//!   Graphics 25(4), 2006.
 //! - H. Fuchs, Z. Kedem and B. Naylor, "On Visible Surface Generation by A Priori Tree Structures",
 //!   SIGGRAPH 1980; M. Newell, R. Newell and T. Sancha, "A Solution to the Hidden Surface Problem",
 //!   ACM 1972: the painter's renderer.
