@@ -87,21 +87,18 @@ impl<const K: usize> PolygonValues<K> {
     /// The values at a place in the polygon's plane. They are finite, wherever it is.
     #[must_use]
     pub fn at(&self, place: Vec2) -> [f32; K] {
-        let place = place.as_dvec2();
+        if let Some(corner) = self.places.iter().position(|&corner| corner == place) {
+            return self.values[corner];
+        }
         if !place.is_finite() {
             return self.nearest(DVec2::ZERO);
         }
+        let place = place.as_dvec2();
         let (mut sums, mut weights) = ([0.0; K], 0.0);
         for (i, values) in self.values.iter().enumerate() {
             let next = if i + 1 == self.places.len() { 0 } else { i + 1 };
             let [a, b] = [i, next].map(|corner| self.places[corner].as_dvec2() - place);
             let ends = [a.length(), b.length()];
-            if ends[0] == 0.0 {
-                return *values;
-            }
-            if ends[1] == 0.0 {
-                continue;
-            }
             let Some(tangent) = tangent_of_half_angle(a, b, ends) else {
                 let part = ends[0] / (ends[0] + ends[1]);
                 let mix = |a: f32, b: f32| f64::from(a) * (1.0 - part) + f64::from(b) * part;

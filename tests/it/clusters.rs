@@ -419,41 +419,155 @@ fn on_the_plane_z(clip: &DMat4, [sx, sy]: [f64; 2]) -> [f64; 2] {
     [point.x / point.z, point.y / point.z]
 }
 
-/// A slide that is projected on a floor that runs through the projector: each pixel has the place in the slide that
-/// a ray through it has, and nothing behind the projector has one.
+/// A corner of a square floor of twice this size, in order around it.
+fn floor_corner(k: usize, size: f32) -> Vec3 {
+    let (x, z) = [(-size, -size), (size, -size), (size, size), (-size, size)][k % 4];
+    vec3(x, 0.0, z)
+}
+
+/// Where the ray of a pixel meets the plane y = 0, in f64.
+fn on_the_floor(inverse: &DMat4, (x, y): (i32, i32), size: (u32, u32)) -> DVec3 {
+    let x = (f64::from(x) + 0.5) / f64::from(size.0) * 2.0 - 1.0;
+    let y = 1.0 - (f64::from(y) + 0.5) / f64::from(size.1) * 2.0;
+    let [near, far] = [0.0, 1.0].map(|z| inverse.project_point3(DVec3::new(x, y, z)));
+    near + (far - near) * (near.y / (near.y - far.y))
+}
+
+/// A slide that is projected on a floor, each of whose corners in turn is behind the projector, and behind the camera:
+/// each pixel has the place in the slide that a ray through it has, and nothing behind the projector has one.
 #[test]
 fn a_slide_is_projected_in_front_of_the_projector_alone() {
     use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
-    let eye = vec3(0.0, 2.0, 0.0);
-    let projector =
-        perspective(1.2, 1.0, 0.1, 100.0) * look_at_mat4(eye, vec3(3.0, 0.0, 1.0), Vec3::Y);
-    let camera =
-        perspective(1.0, 1.5, 0.1, 100.0) * look_at_mat4(vec3(-3.0, 6.0, 7.0), Vec3::ZERO, Vec3::Y);
-    let floor = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)]
-        .map(|(x, z)| vec4(x, 0.0, z, 1.0))
-        .map(|p: Vec4| Vertex::new(camera * p, projector * p));
-    let inverse = camera.as_dmat4().inverse();
-    let (mut lit, mut dark) = (0, 0);
-    let mut scan = ScanConverter::new(Viewport::new(150, 100).expect("small"));
-    for span in scan.spans(&floor) {
+    let size = (150, 100);
+    for (k, of_camera) in (0..4).flat_map(|k| (0..4).map(move |of_camera| (k, of_camera))) {
+        let above = |k: usize, y: f32| floor_corner(k, 5.0) + Vec3::Y * y;
+        let projector = perspective(1.2, 1.0, 0.1, 100.0)
+            * look_at_mat4(above(k, 2.0), floor_corner(k + 2, 2.0), Vec3::Y);
+        let camera = perspective(1.6, 1.5, 0.1, 100.0)
+            * look_at_mat4(above(of_camera, 4.0), floor_corner(of_camera + 2, 1.0), Vec3::Y);
+        let floor = [0, 1, 2, 3].map(|i| floor_corner(i, 9.0).extend(1.0));
+        assert!((projector * floor[k]).w < 0.0 && (camera * floor[of_camera]).w < 0.0);
+        let floor = floor.map(|p: Vec4| Vertex::new(camera * p, projector * p));
+        let inverse = camera.as_dmat4().inverse();
+        let (mut lit, mut dark) = (0, 0);
+        let mut scan = ScanConverter::new(Viewport::new(size.0, size.1).expect("small"));
+        for span in scan.spans(&floor) {
+            for fragment in span.fragments() {
+                let world = on_the_floor(&inverse, (fragment.x, fragment.y), size);
+                let slide = projector.as_dmat4() * world.extend(1.0);
+                let found = fragment.divided([0, 1], 3);
+                if slide.w.abs() > 1e-3 {
+                    assert_eq!(found.is_some(), slide.w > 0.0, "at {world}");
+                }
+                if let Some([u, v]) = found.filter(|uv| uv.iter().all(|c| c.abs() <= 1.0)) {
+                    let (u_off, v_off) =
+                        (f64::from(u) - slide.x / slide.w, f64::from(v) - slide.y / slide.w);
+                    assert!(u_off.hypot(v_off) < 1e-5, "{u_off} {v_off} at {world}");
+                    lit += 1;
+                }
+                dark += i32::from(found.is_none());
+            }
+        }
+        assert!(lit > 500, "{lit} lit");
+        assert!(
+            dark > 20 || k == of_camera || (k + of_camera) % 2 == 1,
+            "{dark} behind the projector"
+        );
+    }
+}
+
+/// A map of shadows, by depth alone as the light sees them, finds what rays to the light find in f64, but within two
+/// texels of a shadow's edge. Each corner of the floor in turn is behind the light.
+#[test]
+fn maps_of_shadows_find_what_rays_find() {
+    use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+    const HEIGHT: f64 = 1.0;
+    let (size, texels) = ((120, 80), 512);
+    for k in 0..4 {
+        let light_at = floor_corner(k, 3.0) + Vec3::Y * 4.0;
+        let light = perspective(1.0, 1.0, 0.5, 60.0) * look_at_mat4(light_at, Vec3::ZERO, Vec3::Y);
+        let camera = perspective(1.2, 1.5, 0.1, 100.0)
+            * look_at_mat4(floor_corner(k + 1, 4.0) + Vec3::Y * 5.0, Vec3::ZERO, Vec3::Y);
+        let floor = [0, 1, 2, 3].map(|i| floor_corner(i, 9.0));
+        let roof = [0, 1, 2, 3].map(|i| floor_corner(i, 0.5) + Vec3::Y * HEIGHT as f32);
+        assert!((light * floor[k].extend(1.0)).w < 0.0);
+
+        let mut map = Framebuffer::new(texels, texels, ()).expect("small");
+        let mut renderer = ZBufferRenderer::new(map.viewport());
+        renderer.settings.depth_bias = polyscan::DepthBias { constant: 1e-5, slope: 1.0 };
+        for face in [floor, roof] {
+            renderer.draw_depth(&mut map, &face.map(|p| Vertex::new(light * p.extend(1.0), [])));
+        }
+
+        let inverse = camera.as_dmat4().inverse();
+        let seen = floor.map(|p| Vertex::new(camera * p.extend(1.0), light * p.extend(1.0)));
+        let (mut lit, mut shadowed) = (0, 0);
+        let mut scan = ScanConverter::new(Viewport::new(size.0, size.1).expect("small"));
+        for span in scan.spans(&seen) {
+            for fragment in span.fragments() {
+                let world = on_the_floor(&inverse, (fragment.x, fragment.y), size);
+                let Some([x, y, z]) = fragment.divided([0, 1, 2], 3) else {
+                    assert!((light.as_dmat4() * world.extend(1.0)).w < 1e-3);
+                    continue;
+                };
+                let (u, v) = ((x + 1.0) / 2.0 * texels as f32, (1.0 - y) / 2.0 * texels as f32);
+                if x.abs() > 0.99 || y.abs() > 0.99 {
+                    continue;
+                }
+                let (_, depth) = map.pixel(u as u32, v as u32).expect("within the map");
+                let to_light = light_at.as_dvec3() - world;
+                let through = world + to_light * (HEIGHT / to_light.y);
+                // How far inside of the roof, if it is: on the map it is some 300 texels a unit.
+                let inside = 0.5 - through.x.abs().max(through.z.abs());
+                if inside.abs() < 0.02 {
+                    continue;
+                }
+                assert_eq!(z <= depth, inside < 0.0, "at {world}: {z} and {depth}");
+                lit += i32::from(inside < 0.0);
+                shadowed += i32::from(inside > 0.0);
+            }
+        }
+        assert!(lit > 500 && shadowed > 100, "{lit} lit, {shadowed} in the shadow");
+    }
+}
+
+/// Scratchapixel's triangle, with its numbers, against barycentric coordinates of the screen and 1/z in f64, as the
+/// lesson has them.
+#[test]
+fn scratchapixels_triangle_has_the_lessons_colours() {
+    let corners: [[f64; 3]; 3] = [[13.0, 34.0, 114.0], [29.0, -15.0, 44.0], [-48.0, -10.0, 82.0]];
+    let colors = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
+    let places = corners.map(|[x, y, z]| [(1.0 + x / z) * 256.0, (1.0 - y / z) * 256.0]);
+    let edge = |a: [f64; 2], b: [f64; 2], p: [f64; 2]| {
+        (p[0] - a[0]) * (b[1] - a[1]) - (p[1] - a[1]) * (b[0] - a[0])
+    };
+    let triangle: [Vertex<4>; 3] = from_fn(|i| {
+        let [x, y, z] = corners[i].map(|c| c as f32);
+        let [r, g, b] = colors[i];
+        // Its colours once more, as a cluster with another w at each corner.
+        Vertex::new(vec4(x, y, z / 2.0, z), [r as f32, g as f32, b as f32, 1.0 + i as f32])
+    });
+    let mut scan = ScanConverter::new(Viewport::new(512, 512).expect("small"));
+    let mut pixels = 0;
+    for span in scan.spans(&triangle) {
         for fragment in span.fragments() {
-            let x = (f64::from(fragment.x) + 0.5) / 75.0 - 1.0;
-            let y = 1.0 - (f64::from(fragment.y) + 0.5) / 50.0;
-            let [near, far] = [0.0, 1.0].map(|z| inverse.project_point3(DVec3::new(x, y, z)));
-            let world = near + (far - near) * (near.y / (near.y - far.y));
-            let slide = projector.as_dmat4() * world.extend(1.0);
-            let found = fragment.divided([0, 1], 3);
-            if slide.w.abs() > 1e-3 {
-                assert_eq!(found.is_some(), slide.w > 0.0, "at {world}");
+            let p = [f64::from(fragment.x) + 0.5, f64::from(fragment.y) + 0.5];
+            let weights: [f64; 3] =
+                from_fn(|i| edge(places[(i + 1) % 3], places[(i + 2) % 3], p) / corners[i][2]);
+            let total: f64 = weights.iter().sum();
+            for channel in 0..3 {
+                let wanted = (0..3).map(|i| weights[i] / total * colors[i][channel]).sum::<f64>();
+                assert!((f64::from(fragment.params[channel]) - wanted).abs() < 1e-6);
             }
-            if let Some([u, v]) = found.filter(|uv| uv.iter().all(|c| c.abs() <= 1.0)) {
-                let (u_off, v_off) =
-                    (f64::from(u) - slide.x / slide.w, f64::from(v) - slide.y / slide.w);
-                assert!(u_off.hypot(v_off) < 1e-5, "{u_off} {v_off} at {world}");
-                lit += 1;
+            let q = (0..3).map(|i| weights[i] / total * (1.0 + i as f64)).sum::<f64>();
+            let [r, g, b] = fragment.divided([0, 1, 2], 3).expect("positive");
+            let wanted = weights.map(|weight| weight / total / q);
+            for (found, wanted) in [b, g, r].into_iter().zip(wanted) {
+                assert!((f64::from(found) - wanted).abs() < 1e-6);
             }
-            dark += i32::from(found.is_none());
+            pixels += 1;
         }
     }
-    assert!(lit > 500 && dark > 500, "{lit} lit, {dark} behind the projector");
+    let area = edge(places[0], places[1], places[2]).abs() / 2.0;
+    assert!((f64::from(pixels) - area).abs() < 300.0, "{pixels} pixels, of an area of {area}");
 }
