@@ -438,7 +438,7 @@ fn on_the_floor(inverse: &DMat4, (x, y): (i32, i32), size: (u32, u32)) -> DVec3 
 #[test]
 fn a_slide_is_projected_in_front_of_the_projector_alone() {
     use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
-    let size = (150, 100);
+    let (size, mut all_dark) = ((150, 100), 0);
     for (k, of_camera) in (0..4).flat_map(|k| (0..4).map(move |of_camera| (k, of_camera))) {
         let above = |k: usize, y: f32| floor_corner(k, 5.0) + Vec3::Y * y;
         let projector = perspective(1.2, 1.0, 0.1, 100.0)
@@ -469,11 +469,9 @@ fn a_slide_is_projected_in_front_of_the_projector_alone() {
             }
         }
         assert!(lit > 500, "{lit} lit");
-        assert!(
-            dark > 20 || k == of_camera || (k + of_camera) % 2 == 1,
-            "{dark} behind the projector"
-        );
+        all_dark += dark;
     }
+    assert!(all_dark > 10_000, "{all_dark} behind the projector");
 }
 
 /// A map of shadows, by depth alone as the light sees them, finds what rays to the light find in f64, but within two
@@ -489,7 +487,7 @@ fn maps_of_shadows_find_what_rays_find() {
         let camera = perspective(1.2, 1.5, 0.1, 100.0)
             * look_at_mat4(floor_corner(k + 1, 4.0) + Vec3::Y * 5.0, Vec3::ZERO, Vec3::Y);
         let floor = [0, 1, 2, 3].map(|i| floor_corner(i, 9.0));
-        let roof = [0, 1, 2, 3].map(|i| floor_corner(i, 0.5) + Vec3::Y * HEIGHT as f32);
+        let roof = [0, 1, 2, 3].map(|i| floor_corner(i, 1.0) + Vec3::Y * HEIGHT as f32);
         assert!((light * floor[k].extend(1.0)).w < 0.0);
 
         let mut map = Framebuffer::new(texels, texels, ()).expect("small");
@@ -518,7 +516,7 @@ fn maps_of_shadows_find_what_rays_find() {
                 let to_light = light_at.as_dvec3() - world;
                 let through = world + to_light * (HEIGHT / to_light.y);
                 // How far inside of the roof, if it is: on the map it is some 300 texels a unit.
-                let inside = 0.5 - through.x.abs().max(through.z.abs());
+                let inside = 1.0 - through.x.abs().max(through.z.abs());
                 if inside.abs() < 0.02 {
                     continue;
                 }
