@@ -61,9 +61,10 @@
 //! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon`, a `surface::line` |
 //! | `primitive` | a polygon ready for its rows: the one place where one is prepared |
 //! | [`parameter_matrix`] | the paper's equation (1) |
-//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel` |
+//! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel`, and parameters with a denominator of their own, `fragment::cluster`s |
 //! | [`span`] | a row's run of pixels: start values and changes per pixel |
 //! | [`scan`] | the stages joined: [`ScanConverter`], polygon in, spans out |
+//! | [`parameters`] | which can be interpolated, and how: `parameters::projective` mappings, any `parameters::quad`, any values on a `parameters::polygon`, `parameters::subdivision`; what can be wrong with them, `parameters::error` |
 //!
 //! **Renderers**
 //!
@@ -120,8 +121,11 @@
 //! polygons; they are planes over the screen. A polygon of four or more sides may carry any values
 //! at its vertices, colours for example. Those are interpolated along the polygon's edges and then
 //! across each span, and the result depends on how the polygon is rotated on the screen (Heckbert
-//! and Moreton 1991, section 3.4). Cut the polygon into triangles where that matters, or compute
-//! the colour in the shader from parameters that are affine.
+//! and Moreton 1991, section 3.4).
+//!
+//! Where that matters there are other ways: parameters with a denominator of their own, as a slide projector's picture
+//! has, projective texture coordinates for any quad, mean value coordinates for any values. The module [`parameters`]
+//! leads from the question to the tool.
 //!
 //! # Shaders, and speed
 //!
@@ -176,6 +180,8 @@
 //!   of the Art in Computer Graphics, Springer 1991.
 //! - P. Heckbert, "Generic Convex Polygon Scan Conversion and Clipping", Graphics Gems, 1990.
 //! - K.-L. Low, "Perspective-Correct Interpolation", 2002.
+//! - K. Hormann and M. Floater, "Mean Value Coordinates for Arbitrary Planar Polygons", ACM Transactions on
+//!   Graphics 25(4), 2006.
 //! - H. Fuchs, Z. Kedem and B. Naylor, "On Visible Surface Generation by A Priori Tree Structures",
 //!   SIGGRAPH 1980; M. Newell, R. Newell and T. Sancha, "A Solution to the Hidden Surface Problem",
 //!   ACM 1972: the painter's renderer.
@@ -202,6 +208,7 @@ pub mod parameter_matrix;
 pub mod fragment;
 pub mod span;
 pub mod scan;
+pub mod parameters;
 pub mod color;
 pub mod render;
 pub mod bake;

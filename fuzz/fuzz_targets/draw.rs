@@ -16,7 +16,7 @@
 use libfuzzer_sys::fuzz_target;
 use polyscan::fragment::LANES;
 use polyscan::{
-    DepthBias, DepthMode, DepthTest, Fragment, FragmentBlock, Framebuffer, Mesh, Rect,
+    DepthBias, DepthMode, DepthTest, Footprint, Fragment, FragmentBlock, Framebuffer, Mesh, Rect,
     ScanConverter, Settings, Vertex, Viewport, ZBufferRenderer,
 };
 use polyscan_fuzz::{Bytes, N};
@@ -31,6 +31,10 @@ const PIXELS: u64 = 1 << 22;
 /// What a pixel has: bits, since those are what must agree.
 type Color = [u32; N + 1];
 const UNTOUCHED: Color = [0xABCD; N + 1];
+
+/// A cluster: the numbers of two parameters, and of that which they are divided by.
+const UV: [usize; 2] = [0, 1];
+const BY: usize = 2;
 
 const TESTS: [DepthTest; 8] = [
     DepthTest::Nearer,
@@ -87,7 +91,7 @@ impl Call {
         if self.discard.is_some_and(|mask| mask >> ((x ^ y) & 7) & 1 == 1) {
             return None;
         }
-        let mut color = [bits(fragment.w); N + 1];
+        let mut color = [bits(fragment.w) ^ cluster(fragment.divided_footprint(UV, BY)); N + 1];
         let (dx, dy) = fragment.derivatives();
         for i in 0..N {
             color[i + 1] =
@@ -107,7 +111,11 @@ impl Call {
         let shader = |fragment: &Fragment<'_, N>| self.shade(fragment, corner);
         let block_shader = |block: &mut FragmentBlock<'_, N>, colors: &mut [Color; LANES]| {
             let visible = block.visible;
+            let (footprints, lit) = block.divided_footprint(UV, BY);
             for lane in (0..LANES).filter(|lane| visible >> lane & 1 == 1) {
+                let found = (lit >> lane & 1 == 1).then(|| footprints.get(lane));
+                let alone = block.fragment(lane).divided_footprint(UV, BY);
+                assert_eq!(cluster(found), cluster(alone), "lane {lane}");
                 match self.shade(&block.fragment(lane), corner) {
                     Some(color) => colors[lane] = color,
                     None => block.visible &= !(1 << lane),
@@ -188,6 +196,14 @@ fn passes(test: DepthTest, mode: DepthMode, new: f32, old: f32) -> bool {
 /// The bits of a number, one for all kinds of NaN: of those arithmetic makes no promise.
 fn bits(number: f32) -> u32 {
     if number.is_nan() { f32::NAN.to_bits() } else { number.to_bits() }
+}
+
+/// The bits of a cluster with its derivatives.
+fn cluster(footprint: Option<Footprint>) -> u32 {
+    footprint.map_or(0x5555, |Footprint { uv, dx, dy }| {
+        let all = [uv.x, uv.y, dx.x, dx.y, dy.x, dy.y];
+        all.into_iter().fold(0, |sum: u32, number| sum.rotate_left(5) ^ bits(number))
+    })
 }
 
 /// A framebuffer in which nothing has been drawn, but whose depth has a pattern.

@@ -22,8 +22,8 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use polyscan::image::{self, ImageFormat, ImageReader};
 use polyscan::Model;
+use polyscan::image::{self, ImageFormat, ImageReader};
 use polyscan::obj::{Loaded, Loader, MAX_LIBRARIES, ObjError, Warning};
 use polyscan::texture::{Texture, TextureError};
 

@@ -31,19 +31,19 @@ pub struct Fragment<'a, const N: usize> {
     pub params: [f32; N],
     /// The reciprocal of 1/w, in the polygon's unit, as it is.
     per_w: f32,
-    origin: Origin<'a>,
+    pub(super) origin: Origin<'a>,
 }
 
 /// Where a fragment comes from.
 #[derive(Clone, Copy, Debug)]
-struct Origin<'a> {
-    surface: &'a SurfaceView<'a>,
-    runs: &'a RunGroup,
-    row: usize,
+pub(super) struct Origin<'a> {
+    pub(super) surface: &'a SurfaceView<'a>,
+    pub(super) runs: &'a RunGroup,
+    pub(super) row: usize,
 }
 
 impl Origin<'_> {
-    fn run(&self) -> Run {
+    pub(super) fn run(&self) -> Run {
         self.runs.run(self.row)
     }
 }
@@ -129,10 +129,10 @@ pub struct FragmentBlock<'a, const N: usize> {
     pub params: [Lanes; N],
     /// The reciprocals of 1/w, in the polygon's unit, as they are.
     per_w: Lanes,
-    surface: &'a SurfaceView<'a>,
-    runs: &'a RunGroup,
+    pub(super) surface: &'a SurfaceView<'a>,
+    pub(super) runs: &'a RunGroup,
     /// Of each half, the column of its first lane, relative to the viewport, and its row in `runs`.
-    halves: [(i32, usize); 2],
+    pub(super) halves: [(i32, usize); 2],
 }
 
 impl<'a, const N: usize> FragmentBlock<'a, N> {

@@ -193,6 +193,32 @@ impl<'a> SurfaceView<'a> {
         }
     }
 
+    /// Depth, or 1/w, along the runs of the group at places off the pixels' centres, in pixels to the right
+    /// and downwards. What is found by edges is what it is at the centres.
+    #[inline(always)]
+    pub(crate) fn line_at(
+        &self,
+        values: &RowValues,
+        component: Component,
+        [x, y]: [f64; 2],
+    ) -> RowLine {
+        let plane = self.plane(component);
+        if self.needs_edges() {
+            let is_inv_w = matches!(component, Component::InvW);
+            let mut line = if is_inv_w { values.inv_w } else { values.z };
+            if self.mixed.is_some_and(|mixed| !mixed.is_by_edges(component)) {
+                let moved = plane.dx * x + plane.dy * y;
+                line.at = line.at.map(|at| (f64::from(at) + moved) as f32);
+            }
+            return line;
+        }
+        let [mut xs, mut ys] = values.from_origin;
+        for (xs, ys) in xs.iter_mut().zip(&mut ys) {
+            (*xs, *ys) = (*xs + x, *ys + y);
+        }
+        line(&[xs, ys], plane)
+    }
+
     /// The values along one run, found by the edges on its sides.
     #[cold]
     fn row_by_edges(&self, runs: &RunGroup, values: &mut RowValues) {
@@ -214,12 +240,22 @@ impl<'a> SurfaceView<'a> {
         values.has_params = true;
     }
 
-    fn plane(&self, component: Component) -> ScreenPlane {
+    /// The plane of a value.
+    #[inline(always)]
+    pub(crate) fn plane(&self, component: Component) -> ScreenPlane {
         match component {
             Component::Z => self.base.z,
             Component::InvW => self.base.inv_w,
             Component::S(i) => self.params[i].of(self.lane),
         }
+    }
+
+    /// A value at a pixel's centre, and its slopes, by its plane.
+    #[inline(always)]
+    pub(crate) fn at_pixel(&self, component: Component, column: i32, row: i32) -> ScreenPlane {
+        let (plane, [x, y]) = (self.plane(component), self.base.origin);
+        let [column, row] = [column, row].map(|centre| f64::from(centre) + 0.5);
+        ScreenPlane { value: plane.at(column - x, row - y), ..plane }
     }
 
     /// A run of this polygon.
@@ -279,6 +315,16 @@ impl InRun<'_> {
         match &self.at {
             Some(_) => self.surface.plane(component).dx,
             None => self.along(component).1,
+        }
+    }
+
+    /// A value at the centre of a column, and its slopes, whatever it is found by.
+    #[cold]
+    pub(crate) fn with_slopes(&self, component: Component, x: i32) -> ScreenPlane {
+        ScreenPlane {
+            value: self.at(component, x),
+            dx: self.slope(component),
+            dy: self.downwards(component, x),
         }
     }
 

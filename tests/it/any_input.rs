@@ -101,6 +101,13 @@ fn check_contours<const N: usize, C: polyscan::outline::Contour<N> + std::fmt::D
             );
             let params = fragment.params;
             assert!(!is_finite || !params.iter().any(|r| r.is_nan()), "{params:?} in {polygon:?}");
+            // Each parameter but the last divided by the last, and by one that is not there.
+            let last = N.wrapping_sub(1);
+            let quotients = fragment.divided([0], last).into_iter().flatten();
+            let slopes = fragment.divided_derivatives([0], last).into_iter().flatten().flatten();
+            let is_nan = quotients.chain(slopes).any(f32::is_nan);
+            assert!(!is_finite || !is_nan, "a cluster of {polygon:?}");
+            assert_eq!(fragment.divided([0], N), None);
             left -= 1;
         }
         let _ = span.fragments().next().map(|fragment| fragment.derivatives());

@@ -51,6 +51,10 @@ fn errors_of_examples_are_sentences() {
         ("obj", &["good.obj", "--yaw", "nan"], "give a number of degrees"),
         ("obj", &["good.obj", "--up", "w"], "name an axis"),
         ("quads", &["--output", "a.tif"], "choose a name that ends in .png"),
+        ("projector", &["--filter", "0"], "give a whole number from 1 to 15"),
+        ("warp", &["--picture", "no.png"], "no.png"),
+        ("warp", &["--output", "a.svg"], "choose a name that ends in .png"),
+        ("figures", &["--output", "a"], "choose a name that ends in .png"),
         ("custom_renderer", &["--nonsense"], "error: invalid option '--nonsense'"),
         ("stages", &["--nonsense"], "error: invalid option '--nonsense'"),
     ] {
