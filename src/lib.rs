@@ -81,6 +81,7 @@
 //! | `render::z_buffer` | [`ZBufferRenderer`] |
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
+//! | `render::visibility` | [`VisibilityRenderer`](render::VisibilityRenderer): which face is seen at each pixel, in `render::visibility::layers` if several are wanted, and where on it, by the `render::visibility::weights` of its corners |
 //! | `render::png_file` | PNG files, whole or row by row |
 //!
 //! **Pictures and models**

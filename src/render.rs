@@ -46,6 +46,7 @@ mod mesh;
 mod z_buffer;
 mod painter;
 mod scanline;
+mod visibility;
 #[cfg(feature = "png")]
 mod png_file;
 
@@ -61,4 +62,5 @@ pub use self::painter::PainterRenderer;
 pub use self::png_file::{PngError, PngFile};
 pub use self::scanline::ScanlineRenderer;
 pub use self::target::{RenderTarget, Target, TargetError};
+pub use self::visibility::{Product, Visibility, VisibilityRenderer};
 pub use self::z_buffer::ZBufferRenderer;

@@ -93,7 +93,7 @@ impl ShortRuns<'_> {
 
 impl PartBlocks<'_> {
     #[inline(always)]
-    fn get(&self, number: usize) -> PartBlock {
+    pub(crate) fn get(&self, number: usize) -> PartBlock {
         match self {
             Self::Visible(parts) => parts[number % PARTS],
             Self::Untested(parts) => parts[number % PARTS],

@@ -30,6 +30,7 @@ mod scanline;
 mod painter;
 mod three_renderers;
 mod front;
+mod visibility;
 mod blending;
 
 mod texture;
