@@ -47,6 +47,7 @@ mod z_buffer;
 mod painter;
 mod scanline;
 mod visibility;
+mod samples;
 #[cfg(feature = "png")]
 mod png_file;
 
@@ -60,6 +61,9 @@ pub use self::paint::{Additive, Over, Paint};
 pub use self::painter::PainterRenderer;
 #[cfg(feature = "png")]
 pub use self::png_file::{PngError, PngFile};
+pub use self::samples::{
+    Average, MultisampleFramebuffer, MultisampleRenderer, Samples, ShadingPlace,
+};
 pub use self::scanline::ScanlineRenderer;
 pub use self::target::{RenderTarget, Target, TargetError};
 pub use self::visibility::{Product, Visibility, VisibilityRenderer};

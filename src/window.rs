@@ -12,6 +12,8 @@ pub(crate) struct Window {
     pub(crate) rows: Range<i32>,
     /// The viewport's corner on the framebuffer.
     corner: (i32, i32),
+    /// How far from a pixel's centre, in subpixels, it is sampled: 0 if only there.
+    pub(crate) reach: i32,
 }
 
 impl Window {
@@ -26,7 +28,7 @@ impl Window {
             let inside = |pixel: i64| (pixel.clamp(first, end) - first) as i32;
             inside(bounds[axis].0.max(scissor[axis].0))..inside(bounds[axis].1.min(scissor[axis].1))
         });
-        Self { columns, rows, corner: (x, y) }
+        Self { columns, rows, corner: (x, y), reach: 0 }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -50,7 +52,8 @@ impl Window {
         (row + self.corner.1) as usize
     }
 
-    /// The columns and rows of the window whose centres lie between the points, if there are any.
+    /// The columns and rows of the window whose centres lie between the points, or within reach, if there
+    /// are any.
     #[inline(always)]
     pub(crate) fn extent(
         &self,
@@ -61,9 +64,13 @@ impl Window {
             (left, right) = (left.min(x), right.max(x));
             (top, bottom) = (top.min(y), bottom.max(y));
         }
-        let columns =
-            first_centre(left).max(self.columns.start)..first_centre(right).min(self.columns.end);
-        let rows = first_centre(top).max(self.rows.start)..first_centre(bottom).min(self.rows.end);
+        let centres = |first: i32, last: i32, within: &Range<i32>| {
+            let first = first_centre(first.saturating_sub(self.reach));
+            let end = first_centre(last.saturating_add(self.reach));
+            first.max(within.start)..end.min(within.end)
+        };
+        let columns = centres(left, right, &self.columns);
+        let rows = centres(top, bottom, &self.rows);
         (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 }

@@ -174,6 +174,13 @@ fn check_weights(seed: u64) -> Seen {
         assert!(corners.iter().all(|i| scene.faces[face as usize].contains(i)), "{corners:?}");
         let Some(exact) = on_corners(&scene, corners, x, y) else { continue };
         let place = format!("seed {seed}, pixel {x}, {y}: {weights:?} and {exact:?}");
+        // Of the triangles that a face of more sides fans into it is one that the centre is in, if any is.
+        let face = &scene.faces[face as usize];
+        let fan = face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]);
+        let is_in = |triangle| on_corners(&scene, triangle, x, y).is_some_and(|s| s.is_inside());
+        if fan.into_iter().any(is_in) {
+            assert!(exact.barycentric.iter().all(|b| *b > -1e-9), "{place}");
+        }
         let right = limited(exact.barycentric);
         for (weight, right) in weights.iter().zip(right) {
             assert!((f64::from(*weight) - right).abs() <= 1e-5, "{place}");
