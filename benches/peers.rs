@@ -15,6 +15,8 @@
 //! `FILTER` has the textured scenes drawn through a `Texture` of 8-bit sRGB instead of a table: nearest,
 //! bilinear, trilinear or anisotropic, by 16 probes.
 //!
+//! `SAMPLES` is 4, 8 or 16: so many samples a pixel, without resolving them, where no `FILTER` is named.
+//!
 //! `w1_equal` is the quad of w1 with its vertices divided by w: the same pixels, without a division.
 //!
 //! # Against rivals
@@ -39,7 +41,8 @@ use std::time::Instant;
 use fearless_simd::Level;
 use glam::{Mat4, Vec3, Vec4};
 use polyscan::color::Color;
-use polyscan::texture::{Filter, MipFilter, Samples, Texture};
+use polyscan::render::{MultisampleFramebuffer, MultisampleRenderer, Samples};
+use polyscan::texture::{self, Filter, MipFilter, Texture};
 use polyscan::{ClipSpace, Cull, FootprintBlock, Framebuffer, Mesh, Vertex, ZBufferRenderer};
 
 const SCENES: [&str; 11] =
@@ -242,6 +245,9 @@ fn run<const N: usize>(
     look_up: impl Fn(u32) -> u32 + Sync,
 ) -> Result<(), Box<dyn Error>> {
     let per_fragment = std::env::var_os("PER_FRAGMENT").is_some();
+    if let Some(samples) = samples()? {
+        return run_multisampled(name, scene, samples, shade, look_up);
+    }
     time_frames(folder, name, scene, &mut |renderer, frame, vertices| {
         if per_fragment {
             renderer
@@ -258,6 +264,60 @@ fn run<const N: usize>(
             });
         }
     })
+}
+
+/// How many samples a pixel has, if `SAMPLES` says so.
+fn samples() -> Result<Option<Samples>, Box<dyn Error>> {
+    Ok(match std::env::var("SAMPLES").as_deref() {
+        Err(_) => None,
+        Ok("4") => Some(Samples::Four),
+        Ok("8") => Some(Samples::Eight),
+        Ok("16") => Some(Samples::Sixteen),
+        Ok(_) => return Err("SAMPLES is 4, 8 or 16".into()),
+    })
+}
+
+/// The same as `run` with several samples a pixel.
+fn run_multisampled<const N: usize>(
+    name: &str,
+    scene: &Scene,
+    samples: Samples,
+    shade: impl Fn(&[f32; N]) -> u32 + Sync,
+    look_up: impl Fn(u32) -> u32 + Sync,
+) -> Result<(), Box<dyn Error>> {
+    let mut frame = MultisampleFramebuffer::new(scene.width, scene.height, samples, 0u32)?;
+    let mut renderer = MultisampleRenderer::<N>::new(frame.viewport());
+    renderer.simd_level = level()?;
+    renderer.settings.clip_space = ClipSpace::MinusOneToOne;
+    renderer.settings.cull = if scene.cull { Cull::Back } else { Cull::None };
+    let budget = std::env::var("PB_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(900.0);
+    let (mut vertices, mut times) = (Vec::new(), Vec::new());
+    let start = Instant::now();
+    while times.len() < 5 || start.elapsed().as_secs_f64() * 1e3 < budget {
+        frame.clear(0, 1.0);
+        let cleared = Instant::now();
+        scene.transform(&mut vertices);
+        renderer.draw_blocks(
+            &mut frame,
+            Mesh::new(&vertices, &scene.triangles),
+            |block, colors| {
+                for (lane, color) in colors.iter_mut().enumerate() {
+                    *color = shade(&std::array::from_fn(|i| block.params[i][lane]));
+                }
+                for color in colors {
+                    *color = look_up(*color);
+                }
+            },
+        );
+        times.push(cleared.elapsed().as_secs_f64() * 1e3);
+    }
+    let render = median(&mut times);
+    let frames = times.len();
+    println!(
+        "RESULT polyscan {name} render={render:.4} min_render={:.4} frames={frames}",
+        times[0]
+    );
+    Ok(())
 }
 
 /// A textured scene by a filter of the library's own.
@@ -302,7 +362,7 @@ fn run_filtered(
 /// The scenes' texture by the filter that `FILTER` names.
 fn filtered(texels: &[u32], filter: &str) -> Result<Texture, Box<dyn Error>> {
     let bytes = texels.iter().flat_map(|texel| texel.to_le_bytes()).collect();
-    let texture = Texture::from_samples(512, 512, 4, Samples::Srgb8(bytes))?;
+    let texture = Texture::from_samples(512, 512, 4, texture::Samples::Srgb8(bytes))?;
     Ok(match filter {
         "nearest" => texture.with_filter(Filter::Nearest),
         "bilinear" => texture,

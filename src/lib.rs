@@ -85,6 +85,8 @@
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
 //! | [`bake`] | textures baked from meshes in their (u, v) plane; `bake::dilate` continues the borders |
+//! | `render::visibility` | [`VisibilityRenderer`](render::VisibilityRenderer): which face is seen at each pixel, in `render::visibility::layers` if several are wanted, and where on it, by the `render::visibility::weights` of its corners |
+//! | `render::samples` | [`MultisampleRenderer`](render::MultisampleRenderer): several samples a pixel, at the places of the `render::samples::pattern`, in a `render::samples::frame`; the `render::samples::raster` says which are covered, `render::samples::shade` tests and colours them, for the `render::samples::renderer` |
 //! | `render::png_file` | PNG files, whole or row by row |
 //!
 //! **Pictures and models**
@@ -93,7 +95,7 @@
 //! |---|---|
 //! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::format`s, decoded by `texture::light`; the `texture::texels` of `texture::picture`s and `texture::file`s; `texture::wrap` finds those at a point, `texture::sample` the colour, by a `texture::cubic` too; the `texture::chain` of smaller pictures, the `texture::level` that a pixel needs, `texture::ewa`, and `texture::minify`, which filters what it sees, `texture::block`s at once; textures are made by `texture::build`, asked by `texture::look_up`, and returned by shaders as `texture::paint` |
 //! | [`camera`] | a camera that sees the whole of an object, by the `camera::sphere` around it |
-//! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them; `model::normals` that they lack |
+//! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them; `model::normals` that they lack, by `model::angle`s |
 //! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s; `obj::lines`, `obj::notes` of what is left out, `obj::vertex_color`s and the `obj::geometry` of the text; bytes from `obj::file`s, `obj::warning`s, files for names by `obj::paths`; `obj::map_options` and `obj::mtl` files, `obj::materials`; and `obj::read`, which joins them |
 //! | `formats` | models from files of any format: what is `formats::found` in `formats::stl`, `formats::ply` and `formats::gltf` files, the last by their `formats::gltf::data` and `formats::gltf::looks` |
 //!

@@ -173,6 +173,11 @@ impl Primitive {
         (self.surface.view(), self.edges.coverage())
     }
 
+    /// The places of the corners, after [`prepare_inside`](Self::prepare_inside).
+    pub(crate) fn points(&self) -> &[SubpixelPoint] {
+        &self.points
+    }
+
     /// The polygon as clipping has left it, after [`prepare`](Self::prepare).
     pub(crate) fn clipped(&self) -> &ClippedPolygon {
         &self.clipped

@@ -94,6 +94,26 @@ impl Projection {
         (near.min(far), near.max(far))
     }
 
+    /// The columns and rows of the viewport.
+    #[inline(always)]
+    pub(crate) fn pixels(&self) -> [f64; 2] {
+        self.size
+    }
+
+    /// X in normalized device coordinates, -1 to 1 from left to right, of the centre of a column of the
+    /// framebuffer.
+    #[inline(always)]
+    pub(crate) fn ndc_x(&self, column: i32) -> f64 {
+        (f64::from(column - self.corner.0) + 0.5) * 2.0 / self.size[0] - 1.0
+    }
+
+    /// Y in normalized device coordinates, 1 to -1 from top to bottom, of the centre of a row of the
+    /// framebuffer.
+    #[inline(always)]
+    pub(crate) fn ndc_y(&self, row: i32) -> f64 {
+        1.0 - (f64::from(row - self.corner.1) + 0.5) * 2.0 / self.size[1]
+    }
+
     /// Divides a position by its w and maps it to the screen.
     #[inline(always)]
     pub(crate) fn point<T: Scalar>(&self, [x, y, z, w]: [T; 4]) -> ScreenPoint<T> {

@@ -51,6 +51,8 @@ mod strokes;
 mod z_buffer;
 mod painter;
 mod scanline;
+mod visibility;
+mod samples;
 #[cfg(feature = "png")]
 mod png_file;
 
@@ -65,7 +67,11 @@ pub use self::paint::{Additive, Over, Paint};
 pub use self::painter::PainterRenderer;
 #[cfg(feature = "png")]
 pub use self::png_file::{PngError, PngFile};
+pub use self::samples::{
+    Average, MultisampleFramebuffer, MultisampleRenderer, Samples, ShadingPlace,
+};
 pub use self::scanline::ScanlineRenderer;
 pub use self::stroke_style::{Cap, Join};
 pub use self::target::{RenderTarget, Target, TargetError};
+pub use self::visibility::{Product, Visibility, VisibilityRenderer};
 pub use self::z_buffer::ZBufferRenderer;

@@ -76,3 +76,38 @@ impl<const N: usize> Vertices for &[Vertex<N>] {
         }
     }
 }
+
+/// The positions of vertices, as vertices without parameters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Positions<'a, const N: usize>(pub(crate) &'a [Vertex<N>]);
+
+impl<const N: usize> Vertices for Positions<'_, N> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn get(&self, index: u32) -> Option<(Vec4, &[f32])> {
+        self.0.get(index as usize).map(|vertex| (vertex.position, &[][..]))
+    }
+
+    fn copy_positions(&self, first: usize, positions: &mut [Vec4]) {
+        self.0.copy_positions(first, positions);
+    }
+
+    fn gather(
+        &self,
+        triangles: &[[u32; 3]],
+        positions: &mut [PerTriangle<[f32; 4]>; 3],
+        _: &mut [[PerTriangle<f32>; 3]],
+    ) {
+        for (lane, triangle) in triangles.iter().enumerate().take(BATCH) {
+            for (corner, &index) in triangle.iter().enumerate() {
+                positions[corner][lane] = self.0[index as usize].position.to_array();
+            }
+        }
+    }
+
+    fn prefetch(&self, triangles: &[[u32; 3]]) {
+        self.0.prefetch(triangles);
+    }
+}

@@ -14,6 +14,8 @@ pub(crate) struct Window {
     corner: (i32, i32),
     /// Whether pixels count that are touched without their centres.
     is_touched: bool,
+    /// How far from a pixel's centre, in subpixels, it is sampled: 0 if only there.
+    pub(crate) reach: i32,
 }
 
 impl Window {
@@ -28,7 +30,7 @@ impl Window {
             let inside = |pixel: i64| (pixel.clamp(first, end) - first) as i32;
             inside(bounds[axis].0.max(scissor[axis].0))..inside(bounds[axis].1.min(scissor[axis].1))
         });
-        Self { columns, rows, corner: (x, y), is_touched: false }
+        Self { columns, rows, corner: (x, y), reach: 0, is_touched: false }
     }
 
     /// The same, with extents of what is touched.
@@ -57,8 +59,8 @@ impl Window {
         (row + self.corner.1) as usize
     }
 
-    /// The columns and rows of the window whose centres lie between the points, or that these touch, if
-    /// there are any.
+    /// The columns and rows of the window whose centres lie between the points, or within reach, or that
+    /// these touch, if there are any.
     #[inline(always)]
     pub(crate) fn extent(
         &self,
@@ -72,9 +74,13 @@ impl Window {
         if self.is_touched && left <= right {
             return self.touched(left..right, top..bottom);
         }
-        let columns =
-            first_centre(left).max(self.columns.start)..first_centre(right).min(self.columns.end);
-        let rows = first_centre(top).max(self.rows.start)..first_centre(bottom).min(self.rows.end);
+        let centres = |first: i32, last: i32, within: &Range<i32>| {
+            let first = first_centre(first.saturating_sub(self.reach));
+            let end = first_centre(last.saturating_add(self.reach));
+            first.max(within.start)..end.min(within.end)
+        };
+        let columns = centres(left, right, &self.columns);
+        let rows = centres(top, bottom, &self.rows);
         (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 

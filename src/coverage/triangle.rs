@@ -190,12 +190,42 @@ impl<'a> TriangleRows<'a> {
     /// Finds the next rows, if any; whether they are the last.
     #[inline(always)]
     pub(crate) fn next_group(&mut self, group: &mut RunGroup) -> bool {
-        let TriangleEdges { sides, columns: [left, right], .. } = self.triangle.edges;
-        let (left, right) = (self.triangle.one(left), self.triangle.one(right));
+        self.triangle.find_rows(f64::from(self.y - self.first), group);
+        group.y = self.y;
+        group.len = (self.end - self.y).clamp(0, ROWS as i32) as usize;
+        self.y += ROWS as i32;
+        self.y >= self.end
+    }
+}
+
+impl BatchLane<'_> {
+    /// The rows that it extends over.
+    #[inline(always)]
+    pub(crate) fn rows(self) -> Range<i32> {
+        self.integers(&self.edges.rows)
+    }
+
+    /// Finds the runs of the rows from `y` on, one row before its first at the earliest; those of rows
+    /// that it does not extend over are empty.
+    #[inline(always)]
+    pub(crate) fn group_at(self, y: i32, group: &mut RunGroup) {
+        let Range { start: first, end } = self.rows();
+        self.find_rows(f64::from(y - first), group);
+        (group.y, group.len) = (y, ROWS);
+        for row in 0..ROWS {
+            let is_in = (first..end).contains(&(y + row as i32));
+            group.end[row] = if is_in { group.end[row] } else { group.start[row] };
+        }
+    }
+
+    /// Finds the runs of the rows that are `done` below its first and farther.
+    #[inline(always)]
+    fn find_rows(self, done: f64, group: &mut RunGroup) {
+        let TriangleEdges { sides, columns: [left, right], .. } = self.edges;
+        let (left, right) = (self.one(left), self.one(right));
         let (mut start, mut end) = ([left; ROWS], [right; ROWS]);
-        let done = f64::from(self.y - self.first);
         for side in sides {
-            let side = side.map(|each| self.triangle.one(each));
+            let side = side.map(|each| self.one(each));
             for row in 0..ROWS {
                 let p = side.at + (done + row as f64) * side.step;
                 let column = p * side.per_unit;
@@ -205,10 +235,6 @@ impl<'a> TriangleRows<'a> {
         }
         let column = |value: f64| integer(value.greater(left).lesser(right));
         (group.start, group.end) = (start.map(column), end.map(column));
-        group.y = self.y;
-        group.len = (self.end - self.y).clamp(0, ROWS as i32) as usize;
-        self.y += ROWS as i32;
-        self.y >= self.end
     }
 }
 

@@ -13,6 +13,8 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFrom, SimdMask, f32x16, mask32x1
 
 use crate::coverage::run::ROWS;
 use crate::surface::base::{Divide, WRange};
+use crate::surface::mixed::Component;
+use crate::surface::plane::ScreenPlane;
 use crate::surface::rows::{RowLine, RowValues, SurfaceView};
 
 /// The number of pixels in a block.
@@ -208,6 +210,73 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
     ) {
         for (param, line) in params.iter_mut().zip(s) {
             *param = self.along(line).into();
+        }
+    }
+
+    /// What is compared as depth, of a value along the rows: z, or 1/w in the polygon's unit.
+    #[inline(always)]
+    pub(crate) fn compared(
+        &self,
+        surface: &SurfaceView<'_>,
+        line: &RowLine,
+        is_inverse_w: bool,
+    ) -> f32x16<S> {
+        if !is_inverse_w {
+            return clamped(self.linear(line), surface.base.z_range);
+        }
+        match surface.base.w {
+            WRange::Constant { inv_w, .. } => f32x16::splat(self.simd(), inv_w),
+            WRange::Varying { inv_w, .. } => {
+                clamped(self.linear(line), inv_w) * (1.0 / surface.base.w_unit) as f32
+            }
+        }
+    }
+
+    /// Depth, the w of clip space and the parameters at places off the pixels' centres, in pixels to the
+    /// right and downwards. 1/w is kept within the range that it has on the polygon. What is found by edges
+    /// is what it is at the centres.
+    #[inline(always)]
+    pub(crate) fn off_centre<const N: usize>(
+        &self,
+        surface: &SurfaceView<'_>,
+        values: &RowValues,
+        s: &[RowLine; N],
+        places: &[Lanes; 2],
+        (depth, found): (&mut Lanes, Found<'_, N>),
+    ) where
+        R: BlockRows,
+        RowLine: Lines<Rows = R>,
+    {
+        let simd = self.simd();
+        let [x, y] = [f32x16::simd_from(simd, places[0]), f32x16::simd_from(simd, places[1])];
+        let mixed = surface.mixed.filter(|_| surface.base.divide == Divide::Mixed);
+        let is_by_edges = |component| mixed.is_some_and(|mixed| mixed.is_by_edges(component));
+        // Where x and y are 0 this adds 0 only, so that a zero has one sign whatever is beside it.
+        let moved = |line: &RowLine, plane: &ScreenPlane, component| {
+            let at_centre = self.along(line);
+            if is_by_edges(component) {
+                return at_centre;
+            }
+            at_centre + (x * plane.dx as f32 + y * plane.dy as f32)
+        };
+        let base = surface.base;
+        *depth = clamped(moved(&values.z, &base.z, Component::Z), base.z_range).into();
+        let Found { w, per_w, params } = found;
+        *w = [base.w.range().0; LANES];
+        let mut per_unit = f32x16::splat(simd, 1.0);
+        if let WRange::Varying { w: w_range, inv_w: inv_w_range } = base.w {
+            let inv_w = moved(&values.inv_w, &base.inv_w, Component::InvW);
+            per_unit = reciprocal(clamped(inv_w, inv_w_range));
+            *w = clamped(per_unit * base.w_unit as f32, w_range).into();
+            *per_w = per_unit.into();
+        }
+        for (i, (param, line)) in params.iter_mut().zip(s).enumerate() {
+            let s = moved(line, &surface.params[i].of(surface.lane), Component::S(i));
+            let times_w = mixed.is_none_or(|mixed| mixed.times_w[i]);
+            *param = if times_w { s * per_unit } else { s }.into();
+            if let Some(mixed) = mixed.filter(|mixed| mixed.has_limits) {
+                *param = limited(*param, mixed.limits[i]);
+            }
         }
     }
 

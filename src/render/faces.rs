@@ -158,6 +158,13 @@ impl FaceList {
         self.numbers.get(face as usize).copied().unwrap_or(0)
     }
 
+    /// The face with a number, if it is one of these, which are in the order of their mesh.
+    #[inline(always)]
+    pub(crate) fn with_number(&self, number: u32) -> Option<&[u32]> {
+        let face = number.wrapping_sub(self.first) as usize;
+        (face < self.len).then(|| self.get(face))
+    }
+
     /// Whether the only face has several contours.
     pub(crate) fn has_contours(&self) -> bool {
         !self.contour_ends.is_empty()

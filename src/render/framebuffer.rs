@@ -153,7 +153,7 @@ impl<C: Copy + Add<Output = C> + Mul<f32, Output = C>> Framebuffer<C> {
 }
 
 /// A vector of `len` equal elements, if there is memory for it.
-fn filled<T: Copy>(len: usize, value: T) -> Option<Vec<T>> {
+pub(crate) fn filled<T: Copy>(len: usize, value: T) -> Option<Vec<T>> {
     let mut elements = Vec::new();
     elements.try_reserve_exact(len).ok()?;
     elements.resize(len, value);

@@ -148,6 +148,11 @@ impl<'a, F, const N: usize> Mesh<'a, F, N> {
         (self.vertices, &self.faces)
     }
 
+    /// The vertices and the faces.
+    pub(crate) fn into_parts(self) -> (&'a [Vertex<N>], F) {
+        (self.vertices, self.faces)
+    }
+
     /// The same mesh, with its faces in the order of their depths: that with the farthest vertex
     /// first, of equals that with the farther mean, of equals the last. Nothing is split.
     ///

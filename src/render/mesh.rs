@@ -21,6 +21,7 @@ use prefetch_index::prefetch_index;
 
 use crate::coverage::CoverageRule;
 use crate::coverage::shape::Coverage;
+use crate::outline::Chain;
 use crate::primitive::Primitive;
 use crate::render::band::Band;
 use crate::render::coarse_depth::CoarseDepth;
@@ -34,6 +35,7 @@ use crate::render::shader::ShadeBlocks;
 use crate::scalar::BATCH;
 use crate::settings::DrawCall;
 use crate::simd::for_level;
+use crate::subpixel::SubpixelPoint;
 use crate::surface::batch::{GatheredTriangles, TriangleBatch};
 use crate::surface::rows::SurfaceView;
 use crate::vertices::Vertices;
@@ -48,33 +50,117 @@ const PREFETCH_DENSITY: usize = 32;
 /// How many faces ahead the corners of triangles are asked for.
 const AHEAD: usize = 2 * BATCH;
 
+/// How faces that are set up become pixels.
+pub(crate) trait FaceRaster: Sync {
+    type Memory: Clone + std::fmt::Debug + Default + Send;
+
+    /// Whether there is one depth a pixel, of which coarse ones can be kept.
+    const HAS_COARSE_DEPTH: bool;
+
+    /// Takes what it needs of a batch of triangles, besides what is set up of all.
+    fn take_batch<S: Simd>(
+        &self,
+        simd: S,
+        gathered: &GatheredTriangles,
+        rows: &Range<i32>,
+        memory: &mut Self::Memory,
+    );
+
+    /// Takes what it needs of the outline of a face that is not of a batch.
+    fn take_outline(&self, points: &[SubpixelPoint], chains: &[Chain], memory: &mut Self::Memory);
+
+    /// Draws a face in a band.
+    fn draw<S: Simd>(
+        &self,
+        simd: S,
+        drawing: (&DrawCall<'_>, Plan),
+        polygon: (&SurfaceView<'_>, Coverage<'_>),
+        band: &mut Band<'_>,
+        memory: &mut Self::Memory,
+        shader: &mut dyn ShadeBlocks,
+    );
+}
+
+/// Pixels of one sample, at their centres.
+struct PixelRaster;
+
+impl FaceRaster for PixelRaster {
+    type Memory = RasterMemory;
+    const HAS_COARSE_DEPTH: bool = true;
+
+    #[inline(always)]
+    fn take_batch<S: Simd>(
+        &self,
+        _: S,
+        _: &GatheredTriangles,
+        _: &Range<i32>,
+        _: &mut RasterMemory,
+    ) {
+    }
+
+    #[inline(always)]
+    fn take_outline(&self, _: &[SubpixelPoint], _: &[Chain], _: &mut RasterMemory) {}
+
+    /// Draws a face in a band, unless the coarse depth hides it.
+    #[inline(always)]
+    fn draw<S: Simd>(
+        &self,
+        simd: S,
+        (call, plan): (&DrawCall<'_>, Plan),
+        (surface, coverage): (&SurfaceView<'_>, Coverage<'_>),
+        band: &mut Band<'_>,
+        memory: &mut RasterMemory,
+        shader: &mut dyn ShadeBlocks,
+    ) {
+        let columns = &call.window.columns;
+        if !is_hidden(call, surface, &coverage, band) {
+            raster::draw(simd, plan, (surface, coverage), columns, band, memory, shader);
+        }
+    }
+}
+
 /// The memory for drawing meshes.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct MeshMemory {
+pub(crate) struct MeshMemory<M = RasterMemory> {
     corners: ProjectedVertices,
     chunks: Vec<Chunk>,
-    workers: Vec<Worker>,
+    workers: Vec<Worker<M>>,
 }
 
 /// The memory for drawing one band.
 #[derive(Clone, Debug, Default)]
-struct Worker {
+struct Worker<M> {
     gathered: GatheredTriangles,
     batch: TriangleBatch,
     primitive: Primitive,
-    raster: RasterMemory,
+    raster: M,
     coarse: CoarseDepth,
 }
 
 impl MeshMemory {
+    /// Draws some faces of the mesh whose vertices were projected.
+    pub(crate) fn draw(
+        &mut self,
+        call: &DrawCall<'_>,
+        drawing: (Level, Plan),
+        faces: (&dyn Vertices, &FaceList),
+        frame: &mut Band<'_>,
+        shading: Shading<'_>,
+    ) {
+        self.draw_by(&PixelRaster, call, drawing, faces, frame, shading);
+    }
+}
+
+impl<M: Default + Send> MeshMemory<M> {
     /// Projects the vertices of a mesh, before its faces are drawn.
     pub(crate) fn project(&mut self, call: &DrawCall<'_>, level: Level, vertices: &dyn Vertices) {
         self.corners.project(call, level, vertices);
     }
 
     /// Draws some faces of the mesh whose vertices were projected.
-    pub(crate) fn draw(
+    pub(crate) fn draw_by(
         &mut self,
+        raster: &impl FaceRaster<Memory = M>,
         call: &DrawCall<'_>,
         (level, plan): (Level, Plan),
         (vertices, faces): (&dyn Vertices, &FaceList),
@@ -91,13 +177,18 @@ impl MeshMemory {
         });
         let chunks = &*chunks;
         let workers = first(workers, bands);
+        let has_coarse = has_coarse(raster);
         for_each_band(frame, BAND as usize, workers, shading, &|i, band, worker, shader| {
-            let columns = crowded_columns(call, chunks.iter().map(|chunk| &chunk.bins[i]), band);
-            band.prefetch(&columns, |pixels| shader.prefetch(pixels));
             let mut coarse = std::mem::take(&mut worker.coarse);
-            let is_coarse = plan.restart(&mut coarse, band);
+            let mut is_coarse = false;
+            if has_coarse {
+                let bins = chunks.iter().map(|chunk| &chunk.bins[i]);
+                let columns = crowded_columns(call, bins, band);
+                band.prefetch(&columns, |pixels| shader.prefetch(pixels));
+                is_coarse = plan.restart(&mut coarse, band);
+            }
             let mut band = band.with_coarse(is_coarse.then_some(&mut coarse));
-            let mut drawing = BandDrawing { mesh, plan, worker, band: &mut band, shader };
+            let mut drawing = BandDrawing { mesh, plan, raster, worker, band: &mut band, shader };
             for_level!(level, simd => for chunk in chunks {
                 drawing.draw_bin(simd, chunk, i);
             });
@@ -126,15 +217,20 @@ fn crowded_columns<'b>(
 }
 
 /// A band of a mesh being drawn.
-struct BandDrawing<'d, 'b> {
+struct BandDrawing<'d, 'b, R: FaceRaster> {
     mesh: MeshCall<'d>,
     plan: Plan,
-    worker: &'d mut Worker,
+    raster: &'d R,
+    worker: &'d mut Worker<R::Memory>,
     band: &'d mut Band<'b>,
     shader: &'d mut dyn ShadeBlocks,
 }
 
-impl BandDrawing<'_, '_> {
+fn has_coarse<R: FaceRaster>(_: &R) -> bool {
+    R::HAS_COARSE_DEPTH
+}
+
+impl<R: FaceRaster> BandDrawing<'_, '_, R> {
     /// Draws a chunk's faces in the band.
     #[inline(always)]
     fn draw_bin<S: Simd>(&mut self, simd: S, chunk: &Chunk, band_number: usize) {
@@ -158,20 +254,16 @@ impl BandDrawing<'_, '_> {
                     self.prefetch(&binned[binned.len().min(i + AHEAD)..]);
                     let Worker { batch, gathered, .. } = &mut *self.worker;
                     set_up(simd, call, (batch, gathered), &rows);
+                    let Worker { raster, gathered, .. } = &mut *self.worker;
+                    self.raster.take_batch(simd, gathered, &rows, raster);
                 }
                 let lane = ready.start;
                 ready.start += 1;
                 let Worker { batch, raster, .. } = &mut *self.worker;
                 if let Some((surface, edges)) = batch.take(lane, call, number) {
                     let primitive = (&surface, Coverage::Triangle(edges));
-                    draw_primitive(
-                        simd,
-                        (call, self.plan),
-                        primitive,
-                        self.band,
-                        raster,
-                        self.shader,
-                    );
+                    let drawing = (call, self.plan);
+                    self.raster.draw(simd, drawing, primitive, self.band, raster, self.shader);
                     continue;
                 }
             }
@@ -179,6 +271,7 @@ impl BandDrawing<'_, '_> {
             if let FaceKind::Clipped(clipped) = kind {
                 let polygon = chunk.clipped(clipped as usize);
                 primitive.prepare_clipped(call, number, &polygon, &rows);
+                self.raster.take_outline(polygon.points, polygon.chains, raster);
             } else {
                 let corner = |&i: &u32| {
                     let (position, params) = vertices.get(i)?;
@@ -186,8 +279,9 @@ impl BandDrawing<'_, '_> {
                 };
                 let indices = faces.get(face as usize).iter();
                 primitive.prepare_inside(call, number, indices.filter_map(corner), &rows);
+                self.raster.take_outline(primitive.points(), &[], raster);
             }
-            let drawing = (call, self.plan);
+            let drawing = (self.raster, call, self.plan);
             draw_prepared(simd, drawing, primitive, self.band, raster, self.shader);
         }
     }
@@ -251,37 +345,22 @@ fn set_up<S: Simd>(
 
 /// Draws a face that is not one of a batch. Not inlined: the code would be there twice.
 #[inline(never)]
-fn draw_prepared<S: Simd>(
+fn draw_prepared<S: Simd, R: FaceRaster>(
     simd: S,
-    drawing: (&DrawCall<'_>, Plan),
+    (raster, call, plan): (&R, &DrawCall<'_>, Plan),
     primitive: &mut Primitive,
     band: &mut Band<'_>,
-    memory: &mut RasterMemory,
+    memory: &mut R::Memory,
     shader: &mut dyn ShadeBlocks,
 ) {
     simd.vectorize(
         #[inline(always)]
         || {
             let (surface, coverage) = primitive.parts();
-            draw_primitive(simd, drawing, (&surface, coverage), band, memory, shader);
+            let drawing = (call, plan);
+            raster.draw(simd, drawing, (&surface, coverage), band, memory, shader);
         },
     );
-}
-
-/// Draws a face in a band, unless the coarse depth hides it.
-#[inline(always)]
-fn draw_primitive<S: Simd>(
-    simd: S,
-    (call, plan): (&DrawCall<'_>, Plan),
-    (surface, coverage): (&SurfaceView<'_>, Coverage<'_>),
-    band: &mut Band<'_>,
-    memory: &mut RasterMemory,
-    shader: &mut dyn ShadeBlocks,
-) {
-    let columns = &call.window.columns;
-    if !is_hidden(call, surface, &coverage, band) {
-        raster::draw(simd, plan, (surface, coverage), columns, band, memory, shader);
-    }
 }
 
 /// Whether the coarse depth hides a face, by its columns and rows and its range of depths.

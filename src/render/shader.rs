@@ -17,7 +17,7 @@ use crate::fragment::{Fragment, FragmentBlock};
 use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
 use crate::surface::base::Divide;
-use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
+use crate::surface::rows::{RowLine, RowValues, SurfaceView, VisibleColumns};
 use crate::viewport::MAX_SIZE;
 
 /// The rows of a polygon that are being drawn.
@@ -93,7 +93,7 @@ impl ShortRuns<'_> {
 
 impl PartBlocks<'_> {
     #[inline(always)]
-    fn get(&self, number: usize) -> PartBlock {
+    pub(crate) fn get(&self, number: usize) -> PartBlock {
         match self {
             Self::Visible(parts) => parts[number % PARTS],
             Self::Untested(parts) => parts[number % PARTS],
@@ -117,6 +117,41 @@ pub(crate) struct WholeBlocks {
     pub(crate) steps: f32,
     /// The first pixel in the target.
     pub(crate) pixel: usize,
+}
+
+/// The most samples that a pixel has.
+pub(crate) const MOST_SAMPLES: usize = 16;
+
+/// A block of pixels that have several samples each. Its halves may be in two rows, and lie apart.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SampleBlock {
+    /// The row of each half in its group.
+    pub(crate) rows: [usize; 2],
+    /// How far the first pixel of each half is from the one where the row's values are given.
+    pub(crate) steps: [f32; 2],
+    /// Where the first sample of each half's first pixel is in the band.
+    pub(crate) at: [usize; 2],
+    /// The pixels of which each sample is covered, a bit a lane.
+    pub(crate) covered: [u32; MOST_SAMPLES],
+}
+
+/// Blocks to be tested, shaded and stored.
+#[derive(Debug)]
+pub(crate) struct SampleBlocks<'p> {
+    pub(crate) blocks: &'p [SampleBlock],
+    /// What is compared along the rows, at each sample.
+    pub(crate) depths: &'p [RowLine],
+    /// Where the samples are, in pixels to the right of a pixel's centre and below it.
+    pub(crate) places: &'p [[f32; 2]],
+    /// How many elements are between two samples of a pixel.
+    pub(crate) stride: usize,
+    pub(crate) comparison: Comparison,
+    /// Whether depth is stored.
+    pub(crate) writes: bool,
+    /// Whether what is compared is 1/w.
+    pub(crate) is_inverse_w: bool,
+    /// Whether pixels are shaded at the centroid of the samples that are covered.
+    pub(crate) at_centroid: bool,
 }
 
 /// The depths of a band.
@@ -154,6 +189,9 @@ pub(crate) trait ShadeBlocks {
     fn is_depth_only(&self) -> bool {
         false
     }
+
+    /// Draws blocks of pixels that have several samples each, if that is what it shades.
+    fn draw_samples(&mut self, _: &Patch<'_>, _: SampleBlocks<'_>, _: BandDepths<'_>) {}
 }
 
 /// What shades on several threads.
@@ -245,7 +283,7 @@ where
 
 /// A shader that is called for one fragment at a time, and returns an `R`.
 #[derive(Debug)]
-pub(crate) struct PerFragment<F, R>(F, PhantomData<fn() -> R>);
+pub(crate) struct PerFragment<F, R>(pub(crate) F, PhantomData<fn() -> R>);
 
 impl<F, R> PerFragment<F, R> {
     pub(crate) fn new(function: F) -> Self {
@@ -321,7 +359,7 @@ where
 
 /// Within one cache line, if it fits: what is stored there can be loaded at once.
 #[repr(align(64))]
-struct Aligned<T>(T);
+pub(crate) struct Aligned<T>(pub(crate) T);
 
 /// A shader that is called for a block of fragments.
 #[derive(Clone, Copy, Debug)]
@@ -370,7 +408,12 @@ where
 
 /// Replaces the colours of the lanes that were drawn, in half a block.
 #[inline(always)]
-fn choose<S: Simd, C: Copy>(simd: S, drawn: u32, new: &[C], colors: &mut [C; HALF_BLOCK]) {
+pub(crate) fn choose<S: Simd, C: Copy>(
+    simd: S,
+    drawn: u32,
+    new: &[C],
+    colors: &mut [C; HALF_BLOCK],
+) {
     // A loop over three arrays becomes one vector instruction that chooses.
     let mask = mask32x8::from_bitmask(simd, (drawn & (ALL >> HALF_BLOCK)).into());
     let mask = <[i32; HALF_BLOCK]>::from(mask);

@@ -56,6 +56,22 @@ impl GatheredTriangles {
         position
     }
 
+    /// The edges of the triangles, moved by so many subpixels to the left and upwards: what they cover at
+    /// pixel centres, the triangles cover so far to the right of and below them.
+    #[inline(always)]
+    pub(crate) fn edges_at<S: Simd>(
+        &self,
+        simd: S,
+        rows: &Range<i32>,
+        [x, y]: [f64; 2],
+    ) -> TriangleEdges<PerTriangle> {
+        let moved = |corner: usize| {
+            let [px, py] = self.points(simd, corner);
+            [px - x, py - y]
+        };
+        TriangleEdges::new([moved(0), moved(1), moved(2)], rows).0.map(store)
+    }
+
     /// A parameter at the corners, at the first one alone if it is flat.
     #[inline(always)]
     fn param<S: Simd>(&self, simd: S, call: &DrawCall<'_>, i: usize) -> [f64x8<S>; 3] {

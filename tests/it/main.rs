@@ -37,6 +37,8 @@ mod scanline;
 mod painter;
 mod three_renderers;
 mod front;
+mod visibility;
+mod samples;
 mod blending;
 
 mod texture;

@@ -136,8 +136,9 @@ impl Chunk {
                 *left_out = call.culled.leaves_out((bx * cy - cx * by).into());
             }
         }
-        let columns = centres(&points, |p| p.x, &call.window.columns);
-        let rows = centres(&points, |p| p.y, &call.window.rows);
+        let reach = call.window.reach;
+        let columns = centres(&points, |p| p.x, &call.window.columns, reach);
+        let rows = centres(&points, |p| p.y, &call.window.rows, reach);
         let mut left = 0;
         for (lane, left_out) in left_out.iter().enumerate() {
             let has_columns = columns[0][lane] < columns[1][lane];
@@ -249,18 +250,19 @@ impl Bin {
 }
 
 /// The first pixels, and those after the last, within a range, whose centres lie between the vertices
-/// of triangles.
+/// of triangles, or within reach.
 #[inline(always)]
 fn centres(
     [a, b, c]: &[PerTriangle<SubpixelPoint>; 3],
     coordinate: impl Fn(&SubpixelPoint) -> i32,
     within: &Range<i32>,
+    reach: i32,
 ) -> [PerTriangle<i32>; 2] {
     let mut range = [[0; BATCH]; 2];
     for lane in 0..BATCH {
         let (a, b, c) = (coordinate(&a[lane]), coordinate(&b[lane]), coordinate(&c[lane]));
-        range[0][lane] = first_centre(a.min(b).min(c)).max(within.start);
-        range[1][lane] = first_centre(a.max(b).max(c)).min(within.end);
+        range[0][lane] = first_centre(a.min(b).min(c) - reach).max(within.start);
+        range[1][lane] = first_centre(a.max(b).max(c) + reach).min(within.end);
     }
     range
 }

@@ -22,8 +22,8 @@ use num_rational::BigRational;
 
 pub(crate) use clipping::{clip, clip_to_view, depth_planes, exact, plane, rational};
 pub(crate) use coverage::{
-    centre, coverage, coverage_counts, covers, covers_convex, doubled_area, fill, fill_border,
-    is_convex, winding,
+    Mask, centre, coverage, coverage_counts, covers, covers_convex, doubled_area, fill,
+    fill_border, is_convex, winding,
 };
 pub(crate) use distances::{distance_outside, distance_to_edges, nearest_point};
 pub(crate) use parameters::{Sample, best_triple, sample, sample_exact, window_depth};
