@@ -206,7 +206,9 @@ impl Loader {
             File::open(path)
         };
         let file = open().map_err(|source| LoadError::Read { path: path.to_owned(), source })?;
-        self.read(file, path)
+        // All at once; a file that grows meanwhile is read all the same.
+        let len = file.metadata().map_or(0, |metadata| metadata.len().min(MAX_BYTES) + 1);
+        self.read_with_room(len as usize, file, path)
     }
 
     /// Loads a model from anywhere, such as the standard input.
@@ -216,8 +218,17 @@ impl Loader {
     /// # Errors
     /// As [`load`](Self::load).
     pub fn read(&self, reader: impl Read, name: impl AsRef<Path>) -> Result<Loaded, LoadError> {
-        let path = name.as_ref().to_owned();
-        let mut bytes = Vec::new();
+        self.read_with_room(0, reader, name.as_ref())
+    }
+
+    fn read_with_room(
+        &self,
+        room: usize,
+        reader: impl Read,
+        path: &Path,
+    ) -> Result<Loaded, LoadError> {
+        let path = path.to_owned();
+        let mut bytes = Vec::with_capacity(room);
         let read = reader.take(MAX_BYTES + 1).read_to_end(&mut bytes).and_then(|length| {
             if length as u64 <= MAX_BYTES {
                 return Ok(());

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Parser;
+use clap::{Args, Parser, Subcommand};
+use polyscan::formats::Loader;
 use polyscan::glam::{DMat4, Vec3, Vec4};
 
 /// The largest side of a picture in memory, samples included; larger ones are streamed.
@@ -13,8 +14,19 @@ pub(crate) const MAX_SIDE: u32 = 65_536;
 /// No GPU, no display and no system library is needed. The model is framed, lit from both sides and
 /// antialiased. The picture is the same to the bit on every machine.
 #[derive(Debug, Parser)]
-#[command(name = "polyscan", version, about, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(
+    name = "polyscan",
+    version,
+    about,
+    arg_required_else_help = true,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true,
+    after_help = EXAMPLES
+)]
 pub(crate) struct Options {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
     /// Models, or folders of models; `-` is the standard input
     #[arg(required_unless_present_any = ["completions", "man"])]
     pub(crate) models: Vec<PathBuf>,
@@ -31,21 +43,8 @@ pub(crate) struct Options {
     #[arg(short, long, value_name = "COLOUR", default_value = "transparent", value_parser = background)]
     pub(crate) background: Background,
 
-    /// The axis that is up: x, y, z, -x, -y or -z [default: z for STL, else y]
-    #[arg(long, value_name = "AXIS", value_parser = axis, allow_hyphen_values = true, help_heading = "Camera")]
-    pub(crate) up: Option<Vec3>,
-    /// Turn of the camera around the model, in degrees to the right
-    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
-    pub(crate) yaw: f32,
-    /// Height of the camera over the model's level, in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 20.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
-    pub(crate) pitch: f32,
-    /// Vertical angle of view
-    #[arg(long, value_name = "DEGREES", default_value_t = 34.0, value_parser = angle_of_view, help_heading = "Camera")]
-    pub(crate) fov: f32,
-    /// Parallel projection instead of perspective
-    #[arg(long, help_heading = "Camera")]
-    pub(crate) orthographic: bool,
+    #[command(flatten)]
+    pub(crate) eye: Eye,
     /// Matrix from the file's coordinates to clip space, 0 <= z <= w: 16 numbers, row by row
     #[arg(long, value_name = "NUMBERS", value_parser = matrix, allow_hyphen_values = true, conflicts_with_all = ["yaw", "pitch", "fov", "orthographic", "up", "intrinsics", "pose", "views", "turntable"], help_heading = "Camera")]
     pub(crate) matrix: Option<DMat4>,
@@ -79,12 +78,8 @@ pub(crate) struct Options {
     #[arg(long, group = "data", conflicts_with_all = ["wireframe", "edges"], help_heading = "What to draw")]
     pub(crate) normals: bool,
 
-    /// Computed normals are smooth where faces meet at less than this
-    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, value_parser = degrees, help_heading = "Files")]
-    pub(crate) crease: f32,
-    /// A folder below which materials and textures of OBJ files may lie, besides the model's own
-    #[arg(long, value_name = "FOLDER", help_heading = "Files")]
-    pub(crate) root: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: Files,
     /// Say what was done as one line of JSON a model
     #[arg(long, help_heading = "Messages")]
     pub(crate) json: bool,
@@ -99,6 +94,82 @@ pub(crate) struct Options {
     pub(crate) man: bool,
 }
 
+/// From where a model is seen.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Eye {
+    /// The axis that is up: x, y, z, -x, -y or -z [default: z for STL, else y]
+    #[arg(long, value_name = "AXIS", value_parser = axis, allow_hyphen_values = true, help_heading = "Camera")]
+    pub(crate) up: Option<Vec3>,
+    /// Turn of the camera around the model, in degrees to the right
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
+    pub(crate) yaw: f32,
+    /// Height of the camera over the model's level, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 20.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
+    pub(crate) pitch: f32,
+    /// Vertical angle of view
+    #[arg(long, value_name = "DEGREES", default_value_t = 34.0, value_parser = angle_of_view, help_heading = "Camera")]
+    pub(crate) fov: f32,
+    /// Parallel projection instead of perspective
+    #[arg(long, help_heading = "Camera")]
+    pub(crate) orthographic: bool,
+}
+
+/// How files are read.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Files {
+    /// Computed normals are smooth where faces meet at less than this
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, value_parser = degrees, help_heading = "Files")]
+    pub(crate) crease: f32,
+    /// A folder below which materials and textures of OBJ files may lie, besides the model's own
+    #[arg(long, value_name = "FOLDER", help_heading = "Files")]
+    pub(crate) root: Option<PathBuf>,
+}
+
+/// What is done besides drawing to files.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    View(ViewOptions),
+}
+
+/// Show a model in a window
+///
+/// Drag to turn it (with the right button to move it), scroll to come nearer. Keys: R next renderer, F next
+/// filter of textures, A more samples a pixel, W wireframe, E edges, T turn by itself, P save a picture,
+/// arrows turn, + and - come nearer and go away, 0 as at first, Q quit.
+#[derive(Debug, Args)]
+#[cfg_attr(not(feature = "view"), expect(dead_code, reason = "it is read by the window"))]
+pub(crate) struct ViewOptions {
+    /// The model
+    pub(crate) model: PathBuf,
+    /// Width and height of the window in pixels
+    #[arg(short, long, value_name = "SIZE", default_value = "1280x720", value_parser = size)]
+    pub(crate) size: (u32, u32),
+    /// Antialiasing: samples a pixel in x and in y, from 1 to 4
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
+    pub(crate) samples: u32,
+    /// Background, as hexadecimal sRGB
+    #[arg(short, long, value_name = "COLOUR", default_value = "d8e2ea", value_parser = background)]
+    pub(crate) background: Background,
+    #[command(flatten)]
+    pub(crate) eye: Eye,
+    #[command(flatten)]
+    pub(crate) files: Files,
+    /// Draw a full turn in so many pictures, say how long they took, and quit
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..=100_000), help_heading = "Messages")]
+    pub(crate) frames: Option<u32>,
+}
+
+impl Files {
+    /// What reads files so.
+    pub(crate) fn loader(&self) -> Loader {
+        let loader = Loader::new().with_crease_angle(self.crease.to_radians());
+        match &self.root {
+            Some(root) => loader.with_root(root),
+            None => loader,
+        }
+    }
+}
+
 const EXAMPLES: &str = "\
 Examples:
   polyscan model.glb -o picture.png
@@ -107,6 +178,7 @@ Examples:
   polyscan model.ply -o turn.png --turntable 36 --background ffffff
   cat model.stl | polyscan - -o - > picture.png
   polyscan models/ -o pictures/ --json
+  polyscan view model.obj
 
 The exit code is 0 if all pictures are written, 1 if one is not, and 2 if the options are wrong.";
 

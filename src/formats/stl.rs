@@ -22,7 +22,7 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
         bytes.trim_ascii_start().get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
     // Some binary files begin with that word as well, but their length gives them away.
     if is_text && (length != bytes.len() as u64 || count == 0) {
-        return collect(&mut Cursor::new(plain(&bytes)));
+        return collect(&mut Cursor::new(plain(&bytes)), 0);
     }
     if bytes.len() < HEADER {
         return Err(
@@ -35,7 +35,7 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
     // A head that is not taken for text, and that announces what is there.
     bytes[..80].fill(0);
     bytes[80..HEADER].copy_from_slice(&(count.min(there) as u32).to_le_bytes());
-    let mut found = collect(&mut Cursor::new(bytes))?;
+    let mut found = collect(&mut Cursor::new(bytes), there as usize)?;
     if there < count {
         found.warnings.push(format!(
             "it ends after {there} of the {count} triangles that it announces; was it cut off?"
@@ -44,8 +44,10 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
     Ok(found)
 }
 
-fn collect(file: &mut (impl Read + std::io::Seek)) -> Result<Found, String> {
+/// Reads a file that has so many triangles at the least, if that is known.
+fn collect(file: &mut (impl Read + std::io::Seek), count: usize) -> Result<Found, String> {
     let mut found = Found::new();
+    found.reserve(count);
     let triangles = stl_io::create_stl_reader(file).map_err(|error| error.to_string())?;
     for (count, triangle) in triangles.enumerate() {
         let triangle = match triangle {

@@ -31,7 +31,7 @@ pub(super) fn open(
     }
     let mut materials = vec![default.clone()];
     for entry in entries {
-        let [diffuse_map, ambient_map, alpha_map] = &entry.maps;
+        let [diffuse_map, ambient_map, alpha_map, emission_map] = &entry.maps;
         let mut material = Material::new(entry.name.clone(), default.diffuse);
         // Some programs write the picture of a material as that of its ambient light alone.
         let color_map = diffuse_map.as_ref().or(ambient_map.as_ref());
@@ -45,6 +45,13 @@ pub(super) fn open(
         {
             (material.alpha_texture, material.alpha_mapping) = (Some(index), mapping);
         }
+        if let Some((index, mapping)) =
+            cache.map(emission_map.as_ref(), Use::Colour, &entry, finder, warnings)
+        {
+            (material.emission_texture, material.emission_mapping) = (Some(index), mapping);
+            material.emission = Vec3::ONE;
+        }
+        material.emission = entry.emission.unwrap_or(material.emission);
         match entry.diffuse {
             Some(Vec3::ZERO) if material.texture.is_some() => {
                 warnings.add(Warning::BlackTexture { material: entry.name.clone() });
