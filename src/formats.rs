@@ -73,7 +73,7 @@ impl Format {
         if start.starts_with(b"{") {
             return Some(Self::Gltf);
         }
-        if start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
+        if found::begins_solid(content) {
             return Some(Self::Stl);
         }
         if content.len() >= 84 {
@@ -268,7 +268,7 @@ impl Loader {
             #[cfg(feature = "stl")]
             Format::Stl => stl::read(bytes),
             #[cfg(feature = "ply")]
-            Format::Ply => ply::read(&bytes),
+            Format::Ply => ply::read(&bytes, &path),
             #[cfg(feature = "gltf")]
             Format::Gltf => gltf::read(&bytes, &path),
             #[allow(

@@ -89,7 +89,7 @@
 //! |---|---|
 //! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::format`s, decoded by `texture::light`; the `texture::texels` of `texture::picture`s and `texture::file`s; `texture::wrap` finds those at a point, `texture::sample` the colour, by a `texture::cubic` too; the `texture::chain` of smaller pictures, the `texture::level` that a pixel needs, `texture::ewa`, and `texture::minify`, which filters what it sees, `texture::block`s at once |
 //! | [`camera`] | a camera that sees the whole of an object, by the `camera::sphere` around it |
-//! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them; `model::normals` that they lack |
+//! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them; `model::normals` that they lack, by `model::angle`s |
 //! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s; `obj::lines`, `obj::notes` of what is left out, `obj::vertex_color`s and the `obj::geometry` of the text; bytes from `obj::file`s, `obj::warning`s, files for names by `obj::paths`; `obj::map_options` and `obj::mtl` files, `obj::materials`; and `obj::read`, which joins them |
 //! | `formats` | models from files of any format: what is `formats::found` in `formats::stl`, `formats::ply` and `formats::gltf` files, the last by their `formats::gltf::data` and `formats::gltf::looks` |
 //!

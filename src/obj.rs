@@ -36,7 +36,7 @@
 //!   `-s`, `-o`, `-clamp` and `-mm` are used ([`TextureMapping`](crate::model::TextureMapping)). A `Kd` of
 //!   0 0 0 under a picture counts as white.
 //! - `Ke` is light that is sent out, times the picture of `map_Ke`.
-//! - Alpha is `d`, or 1 - `Tr` where there is no `d`, times that of the picture, times `map_d`: the alpha of
+//! - Alpha is `d`, or 1 - `Tr` where there is no `d` (but `Tr 1` alone is opaque, as MeshLab means it), times that of the picture, times `map_d`: the alpha of
 //!   that picture if it has one, else its grey. A picture whose alpha is 0 or 1 nearly everywhere cuts
 //!   out ([`AlphaMode`](crate::model::AlphaMode)). A TGA file whose alpha is 0 everywhere is opaque: old
 //!   programs write it so.

@@ -3,6 +3,8 @@
 //! A [`Scene`] is a model with its looks, a [`Shot`] one view of it, whose vertices are in clip space. Models that
 //! have neither textures nor colours of vertices carry normals alone (`looks`), which is faster.
 
+use std::ops::Range;
+
 use polyscan::color::Color as _;
 use polyscan::glam::{Mat3, Vec2, Vec3, Vec4};
 use polyscan::model::{Face, Model, ModelVertex};
@@ -156,35 +158,37 @@ impl<'a> Shot<'a> {
         Self { scene, textures, view, vertices }
     }
 
-    /// Draws from top to bottom and hands over pixels in whole rows, each pixel the mean of its samples:
-    /// linear light, premultiplied by alpha.
+    /// Draws some rows from top to bottom and hands over their pixels, several rows at a time, each pixel the
+    /// mean of its samples: linear light, premultiplied by alpha.
     pub(crate) fn pixels(
         &self,
         renderers: &mut Renderers,
-        (width, height): (u32, u32),
+        ((width, height), all): ((u32, u32), Range<u32>),
         Style { method, samples, background, lines }: Style,
         mut sink: impl FnMut(&[Vec4]) -> Result<(), String>,
     ) -> Result<(), String> {
         let wide = width * samples;
-        let rows = (STRIP / (wide * samples)).max(height.div_ceil(MOST_STRIPS)).max(1);
+        let count = all.len() as u32;
+        let rows = (STRIP / (wide * samples)).max(count.div_ceil(MOST_STRIPS)).max(1);
         // Whole bands of the renderers' 32 rows; and lines are found in the whole picture.
         let rows = rows.next_multiple_of(if samples % 2 == 0 { 16 } else { 32 });
-        let rows = if lines.any() { height } else { rows.min(height) };
+        let rows = if lines.any() { height } else { rows.min(count) };
         let viewport = Viewport::new(wide, height * samples).map_err(size_error)?;
         let mut frame = match renderers.strip.take() {
             Some(frame) if (frame.width(), frame.height()) == (wide, rows * samples) => frame,
             _ => Framebuffer::new(wide, rows * samples, background).map_err(size_error)?,
         };
         let mut means = Vec::new();
-        for top in (0..height).step_by(rows as usize) {
+        for top in all.clone().step_by(rows as usize) {
             frame.clear(background, 1.0);
             let tile = viewport.with_corner(0, -((top * samples) as i32));
             self.draw(renderers, method, tile, &mut frame);
             if lines.any() {
-                let seen = self.seen((wide, height * samples)).map_err(size_error)?;
+                let size = (wide, height * samples);
+                let seen = self.seen((size, 0..size.1)).map_err(size_error)?;
                 draw_lines(&mut frame, &seen, lines);
             }
-            let rows = rows.min(height - top);
+            let rows = rows.min(all.end - top);
             let drawn = &frame.color()[..wide as usize * (rows * samples) as usize];
             if samples == 1 {
                 sink(drawn)?;
@@ -298,29 +302,35 @@ impl<'a> Shot<'a> {
         )
     }
 
-    /// What is seen at each of so many samples. Holes of cut-outs are holes; glass is seen itself.
-    pub(crate) fn seen(&self, size: (u32, u32)) -> Result<Framebuffer<Seen>, SizeError> {
+    /// What is seen at each sample of some rows of a picture. Holes of cut-outs are holes; glass is seen
+    /// itself.
+    pub(crate) fn seen(
+        &self,
+        (size, rows): ((u32, u32), Range<u32>),
+    ) -> Result<Framebuffer<Seen>, SizeError> {
         let (scene, lamp) = (self.scene, Vec3::ZERO);
         match &self.vertices {
             Vertices::Plain(vertices) => {
-                self.seen_with(size, vertices, &PlainLook::new(scene, lamp))
+                self.seen_with((size, rows), vertices, &PlainLook::new(scene, lamp))
             }
             Vertices::Full(vertices) => {
-                self.seen_with(size, vertices, &FullLook { scene, textures: self.textures, lamp })
+                let look = FullLook { scene, textures: self.textures, lamp };
+                self.seen_with((size, rows), vertices, &look)
             }
         }
     }
 
     fn seen_with<const N: usize>(
         &self,
-        (width, height): (u32, u32),
+        ((width, height), rows): ((u32, u32), Range<u32>),
         vertices: &[Vertex<N>],
         look: &impl Look<N>,
     ) -> Result<Framebuffer<Seen>, SizeError> {
-        let mut frame = Framebuffer::new(width, height, Seen::NOTHING)?;
+        let mut frame = Framebuffer::new(width, rows.len() as u32, Seen::NOTHING)?;
+        let viewport = Viewport::new(width, height)?.with_corner(0, -(rows.start as i32));
         let mesh = Mesh::new(vertices, &self.scene.faces);
         let turn: Mat3 = self.view.axes.transpose();
-        ZBufferRenderer::new(frame.viewport()).draw(&mut frame, mesh, |f: &Fragment<'_, N>| {
+        ZBufferRenderer::new(viewport).draw(&mut frame, mesh, |f: &Fragment<'_, N>| {
             let normal = (turn * look.normal(f)?).normalize_or_zero();
             Some(Seen { face: f.face + 1, distance: f.w, normal })
         });

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -26,6 +27,8 @@ const ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
 pub(crate) struct Job {
     model: PathBuf,
     output: PathBuf,
+    /// The rows of the picture that are drawn.
+    rows: Range<u32>,
 }
 
 /// What was done.
@@ -61,12 +64,13 @@ impl Job {
         }
         if models.len() == 1 && !has_folder && !output.is_dir() {
             let model = models.remove(0);
+            options.check_rows()?;
             if !is_stdout(&output) {
-                check_output(&output)?;
+                check_output(&output, options.turntable.is_some())?;
             } else if options.json {
                 return Err("the picture and --json cannot both go to the standard output".into());
             }
-            return Ok(vec![Self { model, output }]);
+            return Ok(vec![Self { model, output, rows: options.rows() }]);
         }
         if is_stdout(&output) || models.iter().any(|model| is_stdout(model)) {
             return Err("several models cannot go to or come from one stream: name files".into());
@@ -90,7 +94,11 @@ impl Job {
             let name = name.ok_or_else(|| {
                 format!("two models would become one picture: {}", model.display())
             })?;
-            jobs.push(Self { model, output: output.join(name) });
+            jobs.push(Self { model, output: output.join(name), rows: 0..options.size.1 });
+        }
+        if let Some(shard) = options.shard {
+            let mut item = 0..;
+            jobs.retain(|_| item.next().is_some_and(|item| shard.has(item)));
         }
         Ok(jobs)
     }
@@ -114,10 +122,10 @@ impl Job {
         let load_seconds = start.elapsed().as_secs_f64();
 
         let start = Instant::now();
-        let mut drawing = Drawing::new(&loaded, options, bar);
+        let mut drawing = Drawing::new(&loaded, (options, self.rows.clone()), bar);
         let size = if options.is_streamed() {
             drawing.stream(&self.output)?;
-            options.size
+            (options.size.0, self.rows.len() as u32)
         } else {
             let picture = drawing.picture()?;
             write(&picture, &self.output)?;
@@ -160,6 +168,7 @@ impl Job {
             "origin": report.origin,
             "bounds": bounds,
             "size": [report.size.0, report.size.1],
+            "rows": [self.rows.start, self.rows.end],
             "depth_range": report.range.map(|(near, far)| [near, far]),
             "warnings": report.warnings,
             "load_seconds": report.load_seconds,
@@ -202,6 +211,8 @@ struct Drawing<'a> {
     loaded: &'a Loaded,
     scene: Scene<'a>,
     options: &'a Options,
+    /// The rows of the picture that are drawn.
+    rows: Range<u32>,
     bar: &'a ProgressBar,
     renderers: Renderers,
     /// The least and the greatest distance of a depth picture.
@@ -209,9 +220,13 @@ struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    fn new(loaded: &'a Loaded, options: &'a Options, bar: &'a ProgressBar) -> Self {
+    fn new(
+        loaded: &'a Loaded,
+        (options, rows): (&'a Options, Range<u32>),
+        bar: &'a ProgressBar,
+    ) -> Self {
         let scene = Scene::new(&loaded.model);
-        Self { loaded, scene, options, bar, renderers: Renderers::default(), range: None }
+        Self { loaded, scene, options, rows, bar, renderers: Renderers::default(), range: None }
     }
 
     fn shot(&self, turn: (f32, f32)) -> Shot<'_> {
@@ -220,7 +235,7 @@ impl<'a> Drawing<'a> {
     }
 
     fn picture(&mut self) -> Result<Picture, String> {
-        let (width, height) = self.options.size;
+        let (width, height) = (self.options.size.0, self.rows.len() as u32);
         if let Some(count) = self.options.views {
             return self.sheet(count);
         }
@@ -243,25 +258,36 @@ impl<'a> Drawing<'a> {
 
     /// The colours of a view, of four bytes a pixel.
     fn colors(&mut self, turn: (f32, f32)) -> Result<Vec<u8>, String> {
+        let mut bytes = Vec::with_capacity(self.options.size.0 as usize * self.rows.len() * 4);
+        self.pixels(turn, |pixels| {
+            encode(pixels, &mut bytes);
+            Ok(())
+        })?;
+        Ok(bytes)
+    }
+
+    /// Draws a view and hands over whole rows of it.
+    fn pixels(
+        &mut self,
+        turn: (f32, f32),
+        sink: impl FnMut(&[Vec4]) -> Result<(), String>,
+    ) -> Result<(), String> {
         let Options { samples, background, wireframe, edges, size, .. } = *self.options;
         let mut renderers = std::mem::take(&mut self.renderers);
-        let mut bytes = Vec::with_capacity(size.0 as usize * size.1 as usize * 4);
         let style = Style {
             method: self.scene.method(),
             samples,
             background: background.0,
             lines: Lines { wireframe, edges },
         };
-        self.shot(turn).pixels(&mut renderers, size, style, |pixels| {
-            encode(pixels, &mut bytes);
-            Ok(())
-        })?;
+        self.shot(turn).pixels(&mut renderers, (size, self.rows.clone()), style, sink)?;
         self.renderers = renderers;
-        Ok(bytes)
+        Ok(())
     }
 
     fn seen(&self, turn: (f32, f32)) -> Result<Framebuffer<Seen>, String> {
-        self.shot(turn).seen(self.options.size).map_err(size_error)
+        let (size, rows) = (self.options.size, self.rows.clone());
+        self.shot(turn).seen((size, rows)).map_err(size_error)
     }
 
     /// The numbers or normals of a view, of three bytes a pixel.
@@ -340,14 +366,21 @@ impl<'a> Drawing<'a> {
     }
 
     /// Draws row by row into the file: never the whole picture in memory.
-    fn stream(&self, output: &Path) -> Result<(), String> {
+    fn stream(&mut self, output: &Path) -> Result<(), String> {
         if is_stdout(output) {
             return Err("a picture of this size needs a file to be written to".into());
         }
         let Options { samples, background, .. } = *self.options;
         let (width, height) = self.options.size;
-        let mut file = PngFile::new(output, width, height).map_err(|error| error.to_string())?;
+        let rows = self.rows.len() as u32;
+        let mut file = PngFile::new(output, width, rows).map_err(|error| error.to_string())?;
         let mut write = |row: &[Vec4]| file.write_row(row).map_err(|error| error.to_string());
+        if rows < height {
+            self.pixels((0.0, 0.0), |pixels| {
+                pixels.chunks_exact(width as usize).try_for_each(&mut write)
+            })?;
+            return file.finish().map_err(|error| error.to_string());
+        }
         let viewport = Viewport::new(width * samples, height * samples).map_err(size_error)?;
         let mut sums = vec![Vec4::ZERO; width as usize];
         self.shot((0.0, 0.0)).stream(viewport, background.0, |row, colors| {

@@ -1,5 +1,6 @@
 //! The options, and what is wrong with them.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
@@ -59,7 +60,7 @@ pub(crate) struct Options {
     /// A sheet of this many views; six are front, right, back, left, top and bottom
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..=64), conflicts_with = "turntable", help_heading = "What to draw")]
     pub(crate) views: Option<u32>,
-    /// An animated PNG of a full turn in this many pictures
+    /// An animated PNG, or GIF, of a full turn in this many pictures
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..=999), conflicts_with_all = ["ids", "depth", "normals"], help_heading = "What to draw")]
     pub(crate) turntable: Option<u16>,
     /// Draw the edges of all faces
@@ -80,6 +81,10 @@ pub(crate) struct Options {
 
     #[command(flatten)]
     pub(crate) files: Files,
+    /// Do one part of the work, for jobs on many machines: the k-th of n parts. Of several models it is every
+    /// n-th, of one the rows of its picture, which, one below the other, are the whole picture to the bit
+    #[arg(long, value_name = "K/N", value_parser = shard, conflicts_with_all = ["turntable", "views"], help_heading = "What to draw")]
+    pub(crate) shard: Option<Shard>,
     /// Say what was done as one line of JSON a model
     #[arg(long, help_heading = "Messages")]
     pub(crate) json: bool,
@@ -182,6 +187,27 @@ Examples:
 
 The exit code is 0 if all pictures are written, 1 if one is not, and 2 if the options are wrong.";
 
+/// A part of the work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shard {
+    /// From 1 to `of`.
+    number: u32,
+    of: u32,
+}
+
+impl Shard {
+    /// Whether it has an item of a list, counted from 0.
+    pub(crate) fn has(self, item: usize) -> bool {
+        item % self.of as usize == self.number as usize - 1
+    }
+
+    /// Its rows of so many.
+    fn rows(self, height: u32) -> Range<u32> {
+        let at = |part: u32| (u64::from(height) * u64::from(part) / u64::from(self.of)) as u32;
+        at(self.number - 1)..at(self.number)
+    }
+}
+
 /// What is behind the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Background(pub(crate) Vec4);
@@ -217,6 +243,25 @@ impl Options {
         Ok(())
     }
 
+    /// What is wrong with drawing a part of one picture.
+    pub(crate) fn check_rows(&self) -> Result<(), String> {
+        let (height, rows) = (self.size.1, self.rows());
+        if self.shard.is_some() && (self.depth || self.wireframe || self.edges) {
+            return Err("the grey of --depth and lines depend on the whole picture: draw it \
+                        without --shard"
+                .into());
+        }
+        if rows.is_empty() {
+            return Err(format!("a picture of {height} rows has at most so many shards"));
+        }
+        Ok(())
+    }
+
+    /// The rows of the picture that are drawn.
+    pub(crate) fn rows(&self) -> Range<u32> {
+        self.shard.map_or(0..self.size.1, |shard| shard.rows(self.size.1))
+    }
+
     /// Whether the picture is too large to be drawn at once, so that it is streamed row by row.
     pub(crate) fn is_streamed(&self) -> bool {
         let (width, height) = self.size;
@@ -227,11 +272,22 @@ impl Options {
 /// The most samples that are in memory at once: 2^26, of 20 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
 
-/// Refuses what is no name of a PNG file.
-pub(crate) fn check_output(path: &Path) -> Result<(), String> {
+/// Refuses what is no name of a file that can be written.
+pub(crate) fn check_output(path: &Path, is_animated: bool) -> Result<(), String> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    if !matches!(ending.as_deref(), Some("png" | "apng")) {
-        return Err(format!("cannot write {}: choose a name that ends in .png", path.display()));
+    match ending.as_deref() {
+        Some("png" | "apng") => {}
+        Some("gif") if is_animated => {}
+        Some("gif") => {
+            let path = path.display();
+            return Err(format!(
+                "cannot write {path}: GIF files are for --turntable; choose a name that ends in .png"
+            ));
+        }
+        _ => {
+            let path = path.display();
+            return Err(format!("cannot write {path}: choose a name that ends in .png"));
+        }
     }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -279,6 +335,14 @@ fn axis(text: &str) -> Result<Vec3, String> {
         "z" => Ok(Vec3::Z * sign),
         _ => Err("name an axis: x, y, z, -x, -y or -z".into()),
     }
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let numbers = text.split_once('/').and_then(|(number, of)| {
+        Some(Shard { number: number.parse().ok()?, of: of.parse().ok()? })
+    });
+    let right = numbers.filter(|shard| (1..=shard.of).contains(&shard.number));
+    right.ok_or_else(|| "write it as 1/8, up to 8/8".into())
 }
 
 fn degrees(text: &str) -> Result<f32, String> {

@@ -131,7 +131,7 @@ impl<'m> Viewer<'m> {
             lines: state.lines(),
         };
         let shot = Shot::new(&self.scene, &self.textures, state.moved(view));
-        shot.pixels(&mut self.renderers, self.size, style, sink)
+        shot.pixels(&mut self.renderers, (self.size, 0..self.size.1), style, sink)
     }
 
     /// Draws a picture and shows it.

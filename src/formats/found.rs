@@ -117,6 +117,11 @@ impl Found {
         }
     }
 
+    /// Whether there are no faces.
+    pub(super) fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+
     /// Adds to the warnings what became of the faces; to be called when all are there.
     pub(super) fn finish(mut self) -> Self {
         if self.lost > 0 {
@@ -164,4 +169,12 @@ impl Found {
         }
         corners.end_face(BY_ANGLE);
     }
+}
+
+/// Whether a file begins as STL text does, perhaps after comments.
+pub(super) fn begins_solid(content: &[u8]) -> bool {
+    let lines = content.split(|&byte| byte == b'\n' || byte == b'\r').map(<[u8]>::trim_ascii_start);
+    let mut lines = lines.take(1000).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+    let word = lines.next().and_then(|line| line.get(..5));
+    word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
 }

@@ -56,14 +56,18 @@ pub(super) fn open(
             Some(Vec3::ZERO) if material.texture.is_some() => {
                 warnings.add(Warning::BlackTexture { material: entry.name.clone() });
             }
+            // A picture that is missing, of which a warning tells, was to give the colour.
+            Some(Vec3::ZERO) if color_map.is_some() => {}
             Some(diffuse) => material.diffuse = diffuse,
             None => {}
         }
         // `d` is the one that the format has; where both are written, `Tr` follows from it.
         material.alpha = entry.dissolve.unwrap_or(1.0 - entry.transparency.unwrap_or(0.0));
-        if material.alpha == 0.0 {
-            let cause = if entry.dissolve.is_some() { "d 0" } else { "Tr 1" };
-            warnings.add(Warning::Invisible { material: entry.name, cause });
+        if material.alpha == 0.0 && entry.dissolve.is_none() {
+            material.alpha = 1.0;
+            warnings.add(Warning::Opaque { material: entry.name });
+        } else if material.alpha == 0.0 {
+            warnings.add(Warning::Invisible { material: entry.name });
         }
         material.alpha_mode = alpha_mode(&material, &cache.textures);
         materials.push(material);

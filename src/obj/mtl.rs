@@ -97,9 +97,13 @@ fn files_of(line: &str, finder: &mut Finder) -> (Vec<(PathBuf, String)>, Option<
     let plain = without_comment(line).unwrap_or(line);
     let mut first_missing = None;
     let mut files = Vec::new();
-    let mut count = 0;
-    for name in plain.split_ascii_whitespace() {
-        count += 1;
+    // Several names may have blanks, if each ends as such names do.
+    let mut names = by_ending(plain);
+    if !names.iter().all(|name| matches!(finder.find("", name), Some(Ok(_)))) {
+        names = plain.split_ascii_whitespace().collect();
+    }
+    let count = names.len();
+    for name in names {
         match finder.find("", name) {
             Some(Ok(path)) => files.push((path, folder_of(name))),
             Some(Err(path)) => first_missing = first_missing.or(Some(path)),
@@ -109,6 +113,19 @@ fn files_of(line: &str, finder: &mut Finder) -> (Vec<(PathBuf, String)>, Option<
     // Of a name with spaces the whole is missing, not each word.
     let missing = if files.is_empty() && count > 1 { missing } else { first_missing };
     (files, missing)
+}
+
+/// The names in a line, each of which ends in `.mtl`.
+fn by_ending(line: &str) -> Vec<&str> {
+    let lower = line.to_ascii_lowercase();
+    let mut names = Vec::new();
+    let mut start = 0;
+    for (end, _) in lower.match_indices(".mtl ") {
+        names.push(line[start..end + 4].trim());
+        start = end + 4;
+    }
+    names.push(line[start..].trim());
+    names
 }
 
 #[derive(Default)]
