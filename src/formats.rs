@@ -164,6 +164,27 @@ pub struct Loader {
     root: Option<PathBuf>,
 }
 
+impl Model {
+    /// Loads a file of any format that a feature is on for, with the default [`Loader`].
+    ///
+    /// ```no_run
+    /// use polyscan::Model;
+    ///
+    /// let loaded = Model::open("part.stl")?;
+    /// for warning in &loaded.warnings {
+    ///     eprintln!("warning: {warning}");
+    /// }
+    /// println!("{} faces", loaded.model.face_count());
+    /// # Ok::<(), polyscan::formats::LoadError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Loader::load`].
+    pub fn open(path: impl AsRef<Path>) -> Result<Loaded, LoadError> {
+        Loader::new().load(path)
+    }
+}
+
 impl Default for Loader {
     fn default() -> Self {
         Self { crease_angle: std::f32::consts::FRAC_PI_3, root: None }

@@ -132,7 +132,8 @@ pub struct Loader {
 }
 
 impl Model {
-    /// Loads an OBJ file with the default crease angle, [`DEFAULT_CREASE_ANGLE`].
+    /// Loads an OBJ file with the default crease angle, [`DEFAULT_CREASE_ANGLE`]. For files of any format
+    /// there is [`open`](Self::open).
     ///
     /// # Errors
     /// As [`Loader::load`].

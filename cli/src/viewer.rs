@@ -40,7 +40,9 @@ pub(crate) fn show(options: &ViewOptions) -> Result<(), String> {
         eprintln!("warning: {warning}");
     }
     let no_window = |error: &dyn std::fmt::Display| {
-        format!("cannot open a window: {error}; a window needs a display (X11 or Wayland on Linux)")
+        format!(
+            "cannot open a window: {error}; a window needs a display, on Linux one that speaks X11"
+        )
     };
     let events = EventLoop::new().map_err(|error| no_window(&error))?;
     let context = Context::new(events.owned_display_handle()).map_err(|error| no_window(&error))?;

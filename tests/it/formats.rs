@@ -93,6 +93,10 @@ fn formats_are_known_by_content_first() {
         assert_eq!(Format::of(content.as_bytes(), Path::new(name)), format, "{content}");
     }
     assert_eq!(Format::of(&binary_stl(b"solid", &HALVES), Path::new("a")), Some(Format::Stl));
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a"), binary_stl(b"", &HALVES)).expect("a file");
+    let loaded = polyscan::Model::open(folder.path().join("a")).expect("a model");
+    assert_eq!((loaded.format, loaded.model.face_count()), (Format::Stl, 2));
     let error = read("anything", "a.txt").expect_err("no format");
     assert!(error.to_string().starts_with("a.txt is in no format that is known"), "{error}");
 }
