@@ -73,7 +73,7 @@ impl Format {
         if start.starts_with(b"{") {
             return Some(Self::Gltf);
         }
-        if start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
+        if found::begins_solid(content) {
             return Some(Self::Stl);
         }
         if content.len() >= 84 {
@@ -164,6 +164,27 @@ pub struct Loader {
     root: Option<PathBuf>,
 }
 
+impl Model {
+    /// Loads a file of any format that a feature is on for, with the default [`Loader`].
+    ///
+    /// ```no_run
+    /// use polyscan::Model;
+    ///
+    /// let loaded = Model::open("part.stl")?;
+    /// for warning in &loaded.warnings {
+    ///     eprintln!("warning: {warning}");
+    /// }
+    /// println!("{} faces", loaded.model.face_count());
+    /// # Ok::<(), polyscan::formats::LoadError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Loader::load`].
+    pub fn open(path: impl AsRef<Path>) -> Result<Loaded, LoadError> {
+        Loader::new().load(path)
+    }
+}
+
 impl Default for Loader {
     fn default() -> Self {
         Self { crease_angle: std::f32::consts::FRAC_PI_3, root: None }
@@ -206,7 +227,9 @@ impl Loader {
             File::open(path)
         };
         let file = open().map_err(|source| LoadError::Read { path: path.to_owned(), source })?;
-        self.read(file, path)
+        // All at once; a file that grows meanwhile is read all the same.
+        let len = file.metadata().map_or(0, |metadata| metadata.len().min(MAX_BYTES) + 1);
+        self.read_with_room(len as usize, file, path)
     }
 
     /// Loads a model from anywhere, such as the standard input.
@@ -216,8 +239,17 @@ impl Loader {
     /// # Errors
     /// As [`load`](Self::load).
     pub fn read(&self, reader: impl Read, name: impl AsRef<Path>) -> Result<Loaded, LoadError> {
-        let path = name.as_ref().to_owned();
-        let mut bytes = Vec::new();
+        self.read_with_room(0, reader, name.as_ref())
+    }
+
+    fn read_with_room(
+        &self,
+        room: usize,
+        reader: impl Read,
+        path: &Path,
+    ) -> Result<Loaded, LoadError> {
+        let path = path.to_owned();
+        let mut bytes = Vec::with_capacity(room);
         let read = reader.take(MAX_BYTES + 1).read_to_end(&mut bytes).and_then(|length| {
             if length as u64 <= MAX_BYTES {
                 return Ok(());
@@ -257,7 +289,7 @@ impl Loader {
             #[cfg(feature = "stl")]
             Format::Stl => stl::read(bytes),
             #[cfg(feature = "ply")]
-            Format::Ply => ply::read(&bytes),
+            Format::Ply => ply::read(&bytes, &path),
             #[cfg(feature = "gltf")]
             Format::Gltf => gltf::read(&bytes, &path),
             #[allow(

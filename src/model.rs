@@ -5,7 +5,7 @@
 //! format of the files: every loader, such as that of [`obj`](crate::obj), ends here.
 //!
 //! - `model::corners` collects face corners, and lets equal ones share a `model::vertex`;
-//! - `model::normals` finds the normals that the files do not give;
+//! - `model::normals` finds the normals that the files do not give (`model::angle`);
 //! - `model::faces` keeps polygons by their `model::material`s.
 
 use glam::{DVec3, Mat4, Vec3, Vec4};
@@ -15,12 +15,15 @@ use crate::fragment::Footprint;
 use crate::texture::{MipFilter, Texture, TextureError};
 use crate::vertex::Vertex;
 
+mod angle;
 mod vertex;
 mod material;
 mod faces;
 pub(crate) mod corners;
 mod normals;
 
+#[cfg(feature = "gltf")]
+pub(crate) use self::angle::direction;
 pub use self::faces::Face;
 pub use self::material::{AlphaMode, Material, TextureMapping};
 pub use self::vertex::ModelVertex;

@@ -18,7 +18,7 @@
 //! says why. So does what a file has and the reader does not use, once for each kind.
 //!
 //! The statements `v`, `vt`, `vn`, `f`, `s`, `usemtl` and `mtllib` are read, and from MTL files
-//! `newmtl`, `Kd`, `d`, `Tr`, `map_Kd`, `map_Ka` and `map_d`. Groups and names of objects say nothing about
+//! `newmtl`, `Kd`, `Ke`, `d`, `Tr`, `map_Kd`, `map_Ka`, `map_d` and `map_Ke`. Groups and names of objects say nothing about
 //! looks, and neither do the numbers of lighting models that go beyond diffuse light, such as `Ks`: they are
 //! passed over without a warning.
 //!
@@ -35,7 +35,8 @@
 //! - `map_Kd` names the picture that multiplies this colour, `map_Ka` does where it is alone. Of the options
 //!   `-s`, `-o`, `-clamp` and `-mm` are used ([`TextureMapping`](crate::model::TextureMapping)). A `Kd` of
 //!   0 0 0 under a picture counts as white.
-//! - Alpha is `d`, or 1 - `Tr` where there is no `d`, times that of the picture, times `map_d`: the alpha of
+//! - `Ke` is light that is sent out, times the picture of `map_Ke`.
+//! - Alpha is `d`, or 1 - `Tr` where there is no `d` (but `Tr 1` alone is opaque, as MeshLab means it), times that of the picture, times `map_d`: the alpha of
 //!   that picture if it has one, else its grey. A picture whose alpha is 0 or 1 nearly everywhere cuts
 //!   out ([`AlphaMode`](crate::model::AlphaMode)). A TGA file whose alpha is 0 everywhere is opaque: old
 //!   programs write it so.
@@ -131,7 +132,8 @@ pub struct Loader {
 }
 
 impl Model {
-    /// Loads an OBJ file with the default crease angle, [`DEFAULT_CREASE_ANGLE`].
+    /// Loads an OBJ file with the default crease angle, [`DEFAULT_CREASE_ANGLE`]. For files of any format
+    /// there is [`open`](Self::open).
     ///
     /// # Errors
     /// As [`Loader::load`].

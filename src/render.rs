@@ -34,7 +34,7 @@ pub(crate) mod band;
 mod paint;
 pub(crate) mod shader;
 mod raster;
-mod parallel;
+pub(crate) mod parallel;
 mod target;
 mod framebuffer;
 mod faces;

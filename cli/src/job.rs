@@ -2,19 +2,20 @@
 
 use std::collections::HashSet;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
 use polyscan::color::Color as _;
-use polyscan::formats::{Format, Loaded, Loader};
+use polyscan::formats::{Format, Loaded};
 use polyscan::glam::{Vec3, Vec4};
 use polyscan::render::PngFile;
 use polyscan::texture::MipFilter;
 use polyscan::{Framebuffer, Viewport};
 use serde_json::json;
 
-use crate::draw::{Lines, Scene, Seen, draw_lines};
+use crate::draw::{Lines, Renderers, Scene, Seen, Shot, Style, encode, size_error};
 use crate::options::{Options, check_output};
 use crate::output::{Picture, Pixels, is_stdout, write};
 use crate::view::{View, turns};
@@ -26,6 +27,8 @@ const ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
 pub(crate) struct Job {
     model: PathBuf,
     output: PathBuf,
+    /// The rows of the picture that are drawn.
+    rows: Range<u32>,
 }
 
 /// What was done.
@@ -61,12 +64,13 @@ impl Job {
         }
         if models.len() == 1 && !has_folder && !output.is_dir() {
             let model = models.remove(0);
+            options.check_rows()?;
             if !is_stdout(&output) {
-                check_output(&output)?;
+                check_output(&output, options.turntable.is_some())?;
             } else if options.json {
                 return Err("the picture and --json cannot both go to the standard output".into());
             }
-            return Ok(vec![Self { model, output }]);
+            return Ok(vec![Self { model, output, rows: options.rows() }]);
         }
         if is_stdout(&output) || models.iter().any(|model| is_stdout(model)) {
             return Err("several models cannot go to or come from one stream: name files".into());
@@ -90,7 +94,11 @@ impl Job {
             let name = name.ok_or_else(|| {
                 format!("two models would become one picture: {}", model.display())
             })?;
-            jobs.push(Self { model, output: output.join(name) });
+            jobs.push(Self { model, output: output.join(name), rows: 0..options.size.1 });
+        }
+        if let Some(shard) = options.shard {
+            let mut item = 0..;
+            jobs.retain(|_| item.next().is_some_and(|item| shard.has(item)));
         }
         Ok(jobs)
     }
@@ -102,10 +110,7 @@ impl Job {
     /// Loads, draws and writes; an error is a sentence.
     pub(crate) fn run(&self, options: &Options, bar: &ProgressBar) -> Result<Report, String> {
         let start = Instant::now();
-        let mut loader = Loader::new().with_crease_angle(options.crease.to_radians());
-        if let Some(root) = &options.root {
-            loader = loader.with_root(root);
-        }
+        let loader = options.files.loader();
         let loaded = if is_stdout(&self.model) {
             loader.read(io::stdin().lock(), "standard input")
         } else {
@@ -117,10 +122,10 @@ impl Job {
         let load_seconds = start.elapsed().as_secs_f64();
 
         let start = Instant::now();
-        let mut drawing = Drawing { loaded: &loaded, options, bar, range: None };
+        let mut drawing = Drawing::new(&loaded, (options, self.rows.clone()), bar);
         let size = if options.is_streamed() {
             drawing.stream(&self.output)?;
-            options.size
+            (options.size.0, self.rows.len() as u32)
         } else {
             let picture = drawing.picture()?;
             write(&picture, &self.output)?;
@@ -163,6 +168,7 @@ impl Job {
             "origin": report.origin,
             "bounds": bounds,
             "size": [report.size.0, report.size.1],
+            "rows": [self.rows.start, self.rows.end],
             "depth_range": report.range.map(|(near, far)| [near, far]),
             "warnings": report.warnings,
             "load_seconds": report.load_seconds,
@@ -203,24 +209,33 @@ fn models_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
 /// A model that is drawn by the options.
 struct Drawing<'a> {
     loaded: &'a Loaded,
+    scene: Scene<'a>,
     options: &'a Options,
+    /// The rows of the picture that are drawn.
+    rows: Range<u32>,
     bar: &'a ProgressBar,
+    renderers: Renderers,
     /// The least and the greatest distance of a depth picture.
     range: Option<(f32, f32)>,
 }
 
-fn size_error(error: polyscan::SizeError) -> String {
-    error.to_string()
-}
+impl<'a> Drawing<'a> {
+    fn new(
+        loaded: &'a Loaded,
+        (options, rows): (&'a Options, Range<u32>),
+        bar: &'a ProgressBar,
+    ) -> Self {
+        let scene = Scene::new(&loaded.model);
+        Self { loaded, scene, options, rows, bar, renderers: Renderers::default(), range: None }
+    }
 
-impl Drawing<'_> {
-    fn scene(&self, turn: (f32, f32)) -> Scene<'_> {
+    fn shot(&self, turn: (f32, f32)) -> Shot<'_> {
         let Loaded { model, format, .. } = self.loaded;
-        Scene::new(model, View::of(model, *format, self.options, turn))
+        Shot::new(&self.scene, &model.textures, View::of(model, *format, self.options, turn))
     }
 
     fn picture(&mut self) -> Result<Picture, String> {
-        let (width, height) = self.options.size;
+        let (width, height) = (self.options.size.0, self.rows.len() as u32);
         if let Some(count) = self.options.views {
             return self.sheet(count);
         }
@@ -242,22 +257,37 @@ impl Drawing<'_> {
     }
 
     /// The colours of a view, of four bytes a pixel.
-    fn colors(&self, turn: (f32, f32)) -> Result<Vec<u8>, String> {
-        let Options { samples, background, wireframe, edges, .. } = *self.options;
-        let (width, height) = self.options.size;
-        let size = (width * samples, height * samples);
-        let scene = self.scene(turn);
-        let mut frame = scene.colors(size, background.0).map_err(size_error)?;
-        if wireframe || edges {
-            let seen = scene.seen(size).map_err(size_error)?;
-            draw_lines(&mut frame, &seen, Lines { wireframe, edges });
-        }
-        let frame = frame.downsampled(samples).map_err(size_error)?;
-        Ok(frame.color().iter().flat_map(|color| color.to_srgb8()).collect())
+    fn colors(&mut self, turn: (f32, f32)) -> Result<Vec<u8>, String> {
+        let mut bytes = Vec::with_capacity(self.options.size.0 as usize * self.rows.len() * 4);
+        self.pixels(turn, |pixels| {
+            encode(pixels, &mut bytes);
+            Ok(())
+        })?;
+        Ok(bytes)
+    }
+
+    /// Draws a view and hands over whole rows of it.
+    fn pixels(
+        &mut self,
+        turn: (f32, f32),
+        sink: impl FnMut(&[Vec4]) -> Result<(), String>,
+    ) -> Result<(), String> {
+        let Options { samples, background, wireframe, edges, size, .. } = *self.options;
+        let mut renderers = std::mem::take(&mut self.renderers);
+        let style = Style {
+            method: self.scene.method(),
+            samples,
+            background: background.0,
+            lines: Lines { wireframe, edges },
+        };
+        self.shot(turn).pixels(&mut renderers, (size, self.rows.clone()), style, sink)?;
+        self.renderers = renderers;
+        Ok(())
     }
 
     fn seen(&self, turn: (f32, f32)) -> Result<Framebuffer<Seen>, String> {
-        self.scene(turn).seen(self.options.size).map_err(size_error)
+        let (size, rows) = (self.options.size, self.rows.clone());
+        self.shot(turn).seen((size, rows)).map_err(size_error)
     }
 
     /// The numbers or normals of a view, of three bytes a pixel.
@@ -302,7 +332,7 @@ impl Drawing<'_> {
     }
 
     /// Views side by side, in a sheet about as wide as it is high.
-    fn sheet(&self, count: u32) -> Result<Picture, String> {
+    fn sheet(&mut self, count: u32) -> Result<Picture, String> {
         let (width, height) = self.options.size;
         let columns = (1..=count).find(|columns| columns * columns >= count).unwrap_or(1);
         let rows = count.div_ceil(columns);
@@ -322,7 +352,7 @@ impl Drawing<'_> {
         let line = width as usize * channels;
         for (i, (yaw, pitch)) in (0..count).zip(turns(count)) {
             // From the front, whatever the options' own view.
-            let turn = (yaw - self.options.yaw, pitch - self.options.pitch);
+            let turn = (yaw - self.options.eye.yaw, pitch - self.options.eye.pitch);
             let cell = if channels == 3 { self.numbers(turn)? } else { self.colors(turn)? };
             let (left, top) = ((i % columns) as usize * line, (i / columns * height) as usize);
             for (y, pixels) in cell.chunks_exact(line).enumerate() {
@@ -336,32 +366,37 @@ impl Drawing<'_> {
     }
 
     /// Draws row by row into the file: never the whole picture in memory.
-    fn stream(&self, output: &Path) -> Result<(), String> {
+    fn stream(&mut self, output: &Path) -> Result<(), String> {
         if is_stdout(output) {
             return Err("a picture of this size needs a file to be written to".into());
         }
         let Options { samples, background, .. } = *self.options;
         let (width, height) = self.options.size;
-        let mut file = PngFile::new(output, width, height).map_err(|error| error.to_string())?;
+        let rows = self.rows.len() as u32;
+        let mut file = PngFile::new(output, width, rows).map_err(|error| error.to_string())?;
+        let mut write = |row: &[Vec4]| file.write_row(row).map_err(|error| error.to_string());
+        if rows < height {
+            self.pixels((0.0, 0.0), |pixels| {
+                pixels.chunks_exact(width as usize).try_for_each(&mut write)
+            })?;
+            return file.finish().map_err(|error| error.to_string());
+        }
         let viewport = Viewport::new(width * samples, height * samples).map_err(size_error)?;
         let mut sums = vec![Vec4::ZERO; width as usize];
-        let scene = self.scene((0.0, 0.0));
-        scene
-            .stream(viewport, background.0, |row, colors| {
-                for (sum, colors) in sums.iter_mut().zip(colors.chunks_exact(samples as usize)) {
-                    *sum += colors.iter().sum::<Vec4>();
-                }
-                if (row + 1) % samples != 0 {
-                    return Ok(());
-                }
-                for sum in &mut sums {
-                    *sum /= (samples * samples) as f32;
-                }
-                file.write_row(&sums)?;
-                sums.fill(Vec4::ZERO);
-                Ok(())
-            })
-            .and_then(|()| file.finish())
-            .map_err(|error: polyscan::render::PngError| error.to_string())
+        self.shot((0.0, 0.0)).stream(viewport, background.0, |row, colors| {
+            for (sum, colors) in sums.iter_mut().zip(colors.chunks_exact(samples as usize)) {
+                *sum += colors.iter().sum::<Vec4>();
+            }
+            if (row + 1) % samples != 0 {
+                return Ok(());
+            }
+            for sum in &mut sums {
+                *sum *= 1.0 / (samples * samples) as f32;
+            }
+            write(&sums)?;
+            sums.fill(Vec4::ZERO);
+            Ok(())
+        })?;
+        file.finish().map_err(|error| error.to_string())
     }
 }

@@ -1,8 +1,10 @@
 //! Pictures of 3D models: `polyscan model.glb -o picture.png`.
 //!
 //! What flows in are the options (`options`), which are checked before anything is read; then the models, each
-//! of which is loaded and drawn (`job`): seen by a camera (`view`), drawn (`draw`) to a picture of colours or
+//! of which is loaded and drawn (`job`): seen by a camera (`view`), drawn (`draw`, by the shaders of `looks`) to a picture of colours or
 //! of numbers, and written whole or not at all (`output`).
+//!
+//! With the feature `view` a model is shown in a window (`viewer`).
 //!
 //! The exit code is 0 if all pictures are written, 1 if one is not, and 2 if the options are wrong.
 
@@ -15,27 +17,34 @@ use rayon::prelude::*;
 
 mod options;
 mod view;
+mod looks;
 mod draw;
 mod output;
 mod job;
+#[cfg(feature = "view")]
+mod viewer;
 
 use job::Job;
-use options::Options;
+use options::{Command, Options, ViewOptions};
 
 /// The exit code for options that are wrong, that of `clap`.
 const USAGE: u8 = 2;
+
+/// The exit code for what cannot be done.
+#[cfg(feature = "view")]
+const FAILED: u8 = 1;
 
 fn main() -> ExitCode {
     let options = Options::parse();
     if let Some(code) = print_about(&options) {
         return code;
     }
+    if let Some(Command::View(view)) = &options.command {
+        return end(show(view));
+    }
     let jobs = match options.check().and_then(|()| Job::all(&options)) {
         Ok(jobs) => jobs,
-        Err(sentence) => {
-            eprintln!("error: {sentence}");
-            return ExitCode::from(USAGE);
-        }
+        Err(sentence) => return end(Err((USAGE, sentence))),
     };
     let bar = progress(&options, &jobs);
     let run = |job: &Job| {
@@ -52,6 +61,30 @@ fn main() -> ExitCode {
     };
     bar.finish_and_clear();
     if done.iter().all(|&done| done) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Shows a model in a window until it is closed.
+#[cfg(feature = "view")]
+fn show(options: &ViewOptions) -> Result<(), (u8, String)> {
+    viewer::show(options).map_err(|sentence| (FAILED, sentence))
+}
+
+#[cfg(not(feature = "view"))]
+fn show(_: &ViewOptions) -> Result<(), (u8, String)> {
+    let sentence = "this build of polyscan opens no windows: install it by \
+                    `cargo install polyscan-cli --features view`";
+    Err((USAGE, sentence.into()))
+}
+
+/// The exit code of what was done, after what went wrong is said.
+fn end(result: Result<(), (u8, String)>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err((code, sentence)) => {
+            eprintln!("error: {sentence}");
+            ExitCode::from(code)
+        }
+    }
 }
 
 /// Prints what is asked for about the tool itself.

@@ -1,8 +1,10 @@
 //! The options, and what is wrong with them.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use clap::Parser;
+use clap::{Args, Parser, Subcommand};
+use polyscan::formats::Loader;
 use polyscan::glam::{DMat4, Vec3, Vec4};
 
 /// The largest side of a picture in memory, samples included; larger ones are streamed.
@@ -13,8 +15,19 @@ pub(crate) const MAX_SIDE: u32 = 65_536;
 /// No GPU, no display and no system library is needed. The model is framed, lit from both sides and
 /// antialiased. The picture is the same to the bit on every machine.
 #[derive(Debug, Parser)]
-#[command(name = "polyscan", version, about, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(
+    name = "polyscan",
+    version,
+    about,
+    arg_required_else_help = true,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true,
+    after_help = EXAMPLES
+)]
 pub(crate) struct Options {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
     /// Models, or folders of models; `-` is the standard input
     #[arg(required_unless_present_any = ["completions", "man"])]
     pub(crate) models: Vec<PathBuf>,
@@ -31,21 +44,8 @@ pub(crate) struct Options {
     #[arg(short, long, value_name = "COLOUR", default_value = "transparent", value_parser = background)]
     pub(crate) background: Background,
 
-    /// The axis that is up: x, y, z, -x, -y or -z [default: z for STL, else y]
-    #[arg(long, value_name = "AXIS", value_parser = axis, allow_hyphen_values = true, help_heading = "Camera")]
-    pub(crate) up: Option<Vec3>,
-    /// Turn of the camera around the model, in degrees to the right
-    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
-    pub(crate) yaw: f32,
-    /// Height of the camera over the model's level, in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 20.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
-    pub(crate) pitch: f32,
-    /// Vertical angle of view
-    #[arg(long, value_name = "DEGREES", default_value_t = 34.0, value_parser = angle_of_view, help_heading = "Camera")]
-    pub(crate) fov: f32,
-    /// Parallel projection instead of perspective
-    #[arg(long, help_heading = "Camera")]
-    pub(crate) orthographic: bool,
+    #[command(flatten)]
+    pub(crate) eye: Eye,
     /// Matrix from the file's coordinates to clip space, 0 <= z <= w: 16 numbers, row by row
     #[arg(long, value_name = "NUMBERS", value_parser = matrix, allow_hyphen_values = true, conflicts_with_all = ["yaw", "pitch", "fov", "orthographic", "up", "intrinsics", "pose", "views", "turntable"], help_heading = "Camera")]
     pub(crate) matrix: Option<DMat4>,
@@ -60,7 +60,7 @@ pub(crate) struct Options {
     /// A sheet of this many views; six are front, right, back, left, top and bottom
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..=64), conflicts_with = "turntable", help_heading = "What to draw")]
     pub(crate) views: Option<u32>,
-    /// An animated PNG of a full turn in this many pictures
+    /// An animated PNG, or GIF, of a full turn in this many pictures
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..=999), conflicts_with_all = ["ids", "depth", "normals"], help_heading = "What to draw")]
     pub(crate) turntable: Option<u16>,
     /// Draw the edges of all faces
@@ -79,12 +79,12 @@ pub(crate) struct Options {
     #[arg(long, group = "data", conflicts_with_all = ["wireframe", "edges"], help_heading = "What to draw")]
     pub(crate) normals: bool,
 
-    /// Computed normals are smooth where faces meet at less than this
-    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, value_parser = degrees, help_heading = "Files")]
-    pub(crate) crease: f32,
-    /// A folder below which materials and textures of OBJ files may lie, besides the model's own
-    #[arg(long, value_name = "FOLDER", help_heading = "Files")]
-    pub(crate) root: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: Files,
+    /// Do one part of the work, for jobs on many machines: the k-th of n parts. Of several models it is every
+    /// n-th, of one the rows of its picture, which, one below the other, are the whole picture to the bit
+    #[arg(long, value_name = "K/N", value_parser = shard, conflicts_with_all = ["turntable", "views"], help_heading = "What to draw")]
+    pub(crate) shard: Option<Shard>,
     /// Say what was done as one line of JSON a model
     #[arg(long, help_heading = "Messages")]
     pub(crate) json: bool,
@@ -99,6 +99,82 @@ pub(crate) struct Options {
     pub(crate) man: bool,
 }
 
+/// From where a model is seen.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Eye {
+    /// The axis that is up: x, y, z, -x, -y or -z [default: z for STL, else y]
+    #[arg(long, value_name = "AXIS", value_parser = axis, allow_hyphen_values = true, help_heading = "Camera")]
+    pub(crate) up: Option<Vec3>,
+    /// Turn of the camera around the model, in degrees to the right
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
+    pub(crate) yaw: f32,
+    /// Height of the camera over the model's level, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 20.0, value_parser = degrees, allow_hyphen_values = true, help_heading = "Camera")]
+    pub(crate) pitch: f32,
+    /// Vertical angle of view
+    #[arg(long, value_name = "DEGREES", default_value_t = 34.0, value_parser = angle_of_view, help_heading = "Camera")]
+    pub(crate) fov: f32,
+    /// Parallel projection instead of perspective
+    #[arg(long, help_heading = "Camera")]
+    pub(crate) orthographic: bool,
+}
+
+/// How files are read.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Files {
+    /// Computed normals are smooth where faces meet at less than this
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, value_parser = degrees, help_heading = "Files")]
+    pub(crate) crease: f32,
+    /// A folder below which materials and textures of OBJ files may lie, besides the model's own
+    #[arg(long, value_name = "FOLDER", help_heading = "Files")]
+    pub(crate) root: Option<PathBuf>,
+}
+
+/// What is done besides drawing to files.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    View(ViewOptions),
+}
+
+/// Show a model in a window
+///
+/// Drag to turn it (with the right button to move it), scroll to come nearer. Keys: R next renderer, F next
+/// filter of textures, A more samples a pixel, W wireframe, E edges, T turn by itself, P save a picture,
+/// arrows turn, + and - come nearer and go away, 0 as at first, Q quit.
+#[derive(Debug, Args)]
+#[cfg_attr(not(feature = "view"), expect(dead_code, reason = "it is read by the window"))]
+pub(crate) struct ViewOptions {
+    /// The model
+    pub(crate) model: PathBuf,
+    /// Width and height of the window in pixels
+    #[arg(short, long, value_name = "SIZE", default_value = "1280x720", value_parser = size)]
+    pub(crate) size: (u32, u32),
+    /// Antialiasing: samples a pixel in x and in y, from 1 to 4
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
+    pub(crate) samples: u32,
+    /// Background, as hexadecimal sRGB
+    #[arg(short, long, value_name = "COLOUR", default_value = "d8e2ea", value_parser = background)]
+    pub(crate) background: Background,
+    #[command(flatten)]
+    pub(crate) eye: Eye,
+    #[command(flatten)]
+    pub(crate) files: Files,
+    /// Draw a full turn in so many pictures, say how long they took, and quit
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..=100_000), help_heading = "Messages")]
+    pub(crate) frames: Option<u32>,
+}
+
+impl Files {
+    /// What reads files so.
+    pub(crate) fn loader(&self) -> Loader {
+        let loader = Loader::new().with_crease_angle(self.crease.to_radians());
+        match &self.root {
+            Some(root) => loader.with_root(root),
+            None => loader,
+        }
+    }
+}
+
 const EXAMPLES: &str = "\
 Examples:
   polyscan model.glb -o picture.png
@@ -107,8 +183,30 @@ Examples:
   polyscan model.ply -o turn.png --turntable 36 --background ffffff
   cat model.stl | polyscan - -o - > picture.png
   polyscan models/ -o pictures/ --json
+  polyscan view model.obj
 
 The exit code is 0 if all pictures are written, 1 if one is not, and 2 if the options are wrong.";
+
+/// A part of the work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shard {
+    /// From 1 to `of`.
+    number: u32,
+    of: u32,
+}
+
+impl Shard {
+    /// Whether it has an item of a list, counted from 0.
+    pub(crate) fn has(self, item: usize) -> bool {
+        item % self.of as usize == self.number as usize - 1
+    }
+
+    /// Its rows of so many.
+    fn rows(self, height: u32) -> Range<u32> {
+        let at = |part: u32| (u64::from(height) * u64::from(part) / u64::from(self.of)) as u32;
+        at(self.number - 1)..at(self.number)
+    }
+}
 
 /// What is behind the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,6 +243,25 @@ impl Options {
         Ok(())
     }
 
+    /// What is wrong with drawing a part of one picture.
+    pub(crate) fn check_rows(&self) -> Result<(), String> {
+        let (height, rows) = (self.size.1, self.rows());
+        if self.shard.is_some() && (self.depth || self.wireframe || self.edges) {
+            return Err("the grey of --depth and lines depend on the whole picture: draw it \
+                        without --shard"
+                .into());
+        }
+        if rows.is_empty() {
+            return Err(format!("a picture of {height} rows has at most so many shards"));
+        }
+        Ok(())
+    }
+
+    /// The rows of the picture that are drawn.
+    pub(crate) fn rows(&self) -> Range<u32> {
+        self.shard.map_or(0..self.size.1, |shard| shard.rows(self.size.1))
+    }
+
     /// Whether the picture is too large to be drawn at once, so that it is streamed row by row.
     pub(crate) fn is_streamed(&self) -> bool {
         let (width, height) = self.size;
@@ -155,11 +272,22 @@ impl Options {
 /// The most samples that are in memory at once: 2^26, of 20 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
 
-/// Refuses what is no name of a PNG file.
-pub(crate) fn check_output(path: &Path) -> Result<(), String> {
+/// Refuses what is no name of a file that can be written.
+pub(crate) fn check_output(path: &Path, is_animated: bool) -> Result<(), String> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    if !matches!(ending.as_deref(), Some("png" | "apng")) {
-        return Err(format!("cannot write {}: choose a name that ends in .png", path.display()));
+    match ending.as_deref() {
+        Some("png" | "apng") => {}
+        Some("gif") if is_animated => {}
+        Some("gif") => {
+            let path = path.display();
+            return Err(format!(
+                "cannot write {path}: GIF files are for --turntable; choose a name that ends in .png"
+            ));
+        }
+        _ => {
+            let path = path.display();
+            return Err(format!("cannot write {path}: choose a name that ends in .png"));
+        }
     }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -207,6 +335,14 @@ fn axis(text: &str) -> Result<Vec3, String> {
         "z" => Ok(Vec3::Z * sign),
         _ => Err("name an axis: x, y, z, -x, -y or -z".into()),
     }
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let numbers = text.split_once('/').and_then(|(number, of)| {
+        Some(Shard { number: number.parse().ok()?, of: of.parse().ok()? })
+    });
+    let right = numbers.filter(|shard| (1..=shard.of).contains(&shard.number));
+    right.ok_or_else(|| "write it as 1/8, up to 8/8".into())
 }
 
 fn degrees(text: &str) -> Result<f32, String> {

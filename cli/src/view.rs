@@ -1,10 +1,11 @@
 //! From where a model is seen.
 
 use polyscan::Model;
+use polyscan::camera::{Camera, Sphere};
 use polyscan::formats::Format;
 use polyscan::glam::{DMat4, DVec3, DVec4, Mat3, Mat4, Vec3, vec3};
 
-use crate::options::Options;
+use crate::options::{Eye, Options};
 
 /// A view of a model.
 #[derive(Clone, Copy)]
@@ -24,17 +25,27 @@ impl View {
         if let (Some(intrinsics), Some(pose)) = (options.intrinsics, options.pose) {
             return Self::by_opencv(model, intrinsics, pose * origin, options.size);
         }
-        let default = if format == Format::Stl { Vec3::Z } else { Vec3::Y };
         let (width, height) = options.size;
         let aspect = width as f32 / height as f32;
-        let camera = model
-            .camera(aspect)
-            .with_up(options.up.unwrap_or(default))
-            .with_field_of_view(options.fov.to_radians())
-            .turned((options.yaw + turn.0).to_radians(), (options.pitch + turn.1).to_radians());
+        Self::around(sphere_of(model), format, &options.eye, aspect, turn)
+    }
+
+    /// The view of an eye that looks at a sphere, after further turns in degrees.
+    pub(crate) fn around(
+        sphere: Sphere,
+        format: Format,
+        eye: &Eye,
+        aspect: f32,
+        turn: (f32, f32),
+    ) -> Self {
+        let default = if format == Format::Stl { Vec3::Z } else { Vec3::Y };
+        let camera = Camera::around(sphere, aspect)
+            .with_up(eye.up.unwrap_or(default))
+            .with_field_of_view(eye.fov.to_radians())
+            .turned((eye.yaw + turn.0).to_radians(), (eye.pitch + turn.1).to_radians());
         let axes = camera.axes();
-        let clip_from_object = if options.orthographic {
-            orthographic(model, axes, aspect)
+        let clip_from_object = if eye.orthographic {
+            orthographic(sphere, axes, aspect)
         } else {
             camera.clip_from_object()
         };
@@ -94,10 +105,13 @@ impl View {
     }
 }
 
-/// A parallel projection that sees the whole model.
-fn orthographic(model: &Model, axes: Mat3, aspect: f32) -> Mat4 {
-    let sphere = model.bounding_sphere();
-    let (centre, radius) = sphere.map_or((Vec3::ZERO, 1.0), |s| (s.centre, s.radius));
+/// A sphere around a model.
+pub(crate) fn sphere_of(model: &Model) -> Sphere {
+    model.bounding_sphere().unwrap_or(Sphere { centre: Vec3::ZERO, radius: 1.0 })
+}
+
+/// A parallel projection that sees a whole sphere.
+fn orthographic(Sphere { centre, radius }: Sphere, axes: Mat3, aspect: f32) -> Mat4 {
     let radius = f64::from(radius.max(f32::MIN_POSITIVE)) * 1.01;
     let aspect = f64::from(aspect);
     let (half_width, half_height) = (radius * aspect.max(1.0), radius * (1.0 / aspect).max(1.0));

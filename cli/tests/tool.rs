@@ -185,6 +185,74 @@ fn large_pictures_are_streamed() {
     assert!((covered(&streamed) - covered(&whole)).abs() < 2e-3);
 }
 
+/// The rows of all shards, one below the other, are those of the whole.
+#[test]
+fn shards_join_to_the_whole_picture() {
+    let folder = Folder::new();
+    let glass = format!("mtllib m.mtl\n{}", cube().replace("f 1 2 6 5", "usemtl g\nf 1 2 6 5"));
+    folder.write("glass.obj", glass.as_bytes());
+    folder.write("m.mtl", b"newmtl g\nKd 1 0 0\nd 0.5\n");
+    for args in [
+        &["cube.obj", "-s", "60x41"][..],
+        &["glass.obj", "-s", "60x41", "--samples", "2", "-b", "ffcc00"],
+        &["cube.obj", "-s", "60x41", "--ids"],
+        &["glass.obj", "-s", "60x41", "--normals", "--yaw", "70"],
+        // Larger than what is drawn at once.
+        &["glass.obj", "-s", "9000x940", "--samples", "3"],
+    ] {
+        folder.draw(&[args, &["-q", "-o", "whole.png"]].concat());
+        let whole = folder.picture("whole.png");
+        let (mut joined, mut height) = (Vec::new(), 0);
+        for shard in ["1/3", "2/3", "3/3"] {
+            folder.draw(&[args, &["-q", "-o", "part.png", "--shard", shard]].concat());
+            let part = folder.picture("part.png");
+            assert_eq!(part.size.0, whole.size.0);
+            height += part.size.1;
+            joined.extend(part.bytes);
+        }
+        assert_eq!(height, whole.size.1, "{args:?}");
+        assert!(joined == whole.bytes, "{args:?}");
+    }
+}
+
+#[test]
+fn shards_of_many_models_have_each_once() {
+    let folder = Folder::new();
+    for name in ["a.obj", "b.obj", "c.obj", "d.obj"] {
+        folder.write(name, cube().as_bytes());
+    }
+    let args = ["a.obj", "b.obj", "c.obj", "d.obj", "cube.obj", "-s", "8", "-q", "-o"];
+    let count = |name: &str| fs::read_dir(folder.path(name)).expect("a folder").count();
+    folder.draw(&[&args[..], &["one", "--shard", "1/2"]].concat());
+    folder.draw(&[&args[..], &["two", "--shard", "2/2"]].concat());
+    assert_eq!((count("one"), count("two")), (3, 2));
+    // Both in one folder: no name is taken twice.
+    folder.draw(&[&args[..], &["one", "--shard", "2/2"]].concat());
+    assert_eq!(count("one"), 5);
+    // More shards than models: nothing to do is no fault.
+    folder.draw(&[&args[..], &["none", "--shard", "8/9"]].concat());
+    assert_eq!(count("none"), 0);
+}
+
+#[test]
+fn turntables_are_gif_files_by_their_names() {
+    let folder = Folder::new();
+    folder.draw(&["cube.obj", "-o", "a.gif", "-s", "32", "--turntable", "5", "-b", "ff0000"]);
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let file = fs::File::open(folder.path("a.gif")).expect("a picture");
+    let mut decoder = options.read_info(file).expect("a GIF file");
+    let mut frames = 0;
+    while let Some(frame) = decoder.read_next_frame().expect("a picture") {
+        assert_eq!((frame.width, frame.height, frame.delay), (32, 32, 80));
+        // The background nearly as it is.
+        let [r, g, b, a] = [0, 1, 2, 3].map(|i| frame.buffer[i]);
+        assert!(r > 245 && g < 10 && b < 10 && a == 255, "{r} {g} {b} {a}");
+        frames += 1;
+    }
+    assert_eq!(frames, 5);
+}
+
 #[test]
 fn streams_go_in_and_out() {
     let folder = Folder::new();
@@ -246,6 +314,11 @@ fn errors_are_sentences_and_leave_nothing() {
         (&["empty.stl", "-o", "a.png"], 1, "empty.stl: it is neither STL text"),
         (&["what.bin", "-o", "a.png"], 1, "what.bin is in no format that is known"),
         (&["cube.obj", "-o", "a.webp"], 2, "cannot write a.webp: choose a name that ends in .png"),
+        (&["cube.obj", "-o", "a.gif"], 2, "GIF files are for --turntable"),
+        (&["cube.obj", "-o", "a.png", "--shard", "3/2"], 2, "write it as 1/8, up to 8/8"),
+        (&["cube.obj", "-o", "a.png", "--shard", "0/2"], 2, "write it as 1/8, up to 8/8"),
+        (&["cube.obj", "-o", "a.png", "-s", "4", "--shard", "1/9"], 2, "at most so many shards"),
+        (&["cube.obj", "-o", "a.png", "--depth", "--shard", "1/2"], 2, "without --shard"),
         (&["cube.obj", "-o", "a"], 2, "choose a name that ends in .png"),
         (&["cube.obj", "-o", "no/a.png"], 2, "there is no folder no"),
         (&["cube.obj"], 2, "say where the picture goes"),
@@ -277,4 +350,19 @@ fn it_says_what_it_can_do() {
     assert!(folder.draw(&["--help"]).contains("polyscan model.glb -o picture.png"));
     assert!(folder.draw(&["--man"]).contains(".TH polyscan"));
     assert!(folder.draw(&["--completions", "bash"]).contains("_polyscan()"));
+    for shell in ["zsh", "fish", "powershell", "elvish"] {
+        assert!(folder.draw(&["--completions", shell]).contains("turntable"), "{shell}");
+    }
+    assert!(folder.draw(&["view", "--help"]).contains("Keys: R next renderer"));
+}
+
+/// Without the feature the command is there, and says what it needs.
+#[cfg(not(feature = "view"))]
+#[test]
+fn a_build_without_windows_says_so() {
+    let folder = Folder::new();
+    let output = folder.run(&["view", "cube.obj"]);
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said.starts_with("error: ") && said.contains("--features view"), "{said}");
 }

@@ -34,7 +34,12 @@ impl Corner {
 
 /// What is found in a file.
 pub(super) struct Found {
-    corners: Vec<Corner>,
+    /// Of all corners, face by face.
+    positions: Vec<DVec3>,
+    /// Of these lists what is beyond the end is missing: most files have none of them.
+    uvs: Vec<Vec2>,
+    normals: Vec<Vec3>,
+    colors: Vec<Vec4>,
     /// Where the corners of each face end, and its material.
     faces: Vec<(u32, u32)>,
     /// The default material first.
@@ -48,13 +53,22 @@ pub(super) struct Found {
 impl Found {
     pub(super) fn new() -> Self {
         Self {
-            corners: Vec::new(),
+            positions: Vec::new(),
+            uvs: Vec::new(),
+            normals: Vec::new(),
+            colors: Vec::new(),
             faces: Vec::new(),
             materials: vec![Material::default()],
             textures: Vec::new(),
             warnings: Vec::new(),
             lost: 0,
         }
+    }
+
+    /// Makes room for so many more triangles.
+    pub(super) fn reserve(&mut self, triangles: usize) {
+        self.positions.reserve(3 * triangles);
+        self.faces.reserve(triangles);
     }
 
     /// Adds a face. One of fewer than three corners is left out, and so is one with a corner that is not
@@ -64,30 +78,48 @@ impl Found {
         corners: impl IntoIterator<Item = Corner>,
         material: usize,
     ) -> Result<(), String> {
-        let start = self.corners.len();
-        self.corners.extend(corners);
-        if self.corners.len() as u64 > MAX_CORNERS {
+        let start = self.positions.len();
+        let mut is_finite = true;
+        for corner in corners {
+            is_finite &= corner.is_finite();
+            self.corner(&corner);
+        }
+        if self.positions.len() as u64 > MAX_CORNERS {
             return Err(format!("it has more than {MAX_CORNERS} face corners: split the model"));
         }
-        let face = &mut self.corners[start..];
-        if face.len() < 3 || !face.iter().all(Corner::is_finite) {
-            self.corners.truncate(start);
+        if self.positions.len() < start + 3 || !is_finite {
+            self.positions.truncate(start);
+            self.uvs.truncate(start);
+            self.normals.truncate(start);
+            self.colors.truncate(start);
             self.lost += 1;
             return Ok(());
         }
-        for corner in face {
-            if !corner.uv.is_finite() {
-                corner.uv = Vec2::NAN;
-            }
-            if !corner.normal.is_finite() {
-                corner.normal = Vec3::ZERO;
-            }
-            if !corner.color.is_finite() {
-                corner.color = Vec4::ONE;
-            }
-        }
-        self.faces.push((self.corners.len() as u32, material as u32));
+        self.faces.push((self.positions.len() as u32, material as u32));
         Ok(())
+    }
+
+    fn corner(&mut self, corner: &Corner) {
+        let Corner { position, uv, normal, color } = *corner;
+        let place = self.positions.len();
+        self.positions.push(position);
+        if uv.is_finite() {
+            self.uvs.resize(place, Vec2::NAN);
+            self.uvs.push(uv);
+        }
+        if normal.is_finite() && normal != Vec3::ZERO {
+            self.normals.resize(place, Vec3::ZERO);
+            self.normals.push(normal);
+        }
+        if color.is_finite() && color != Vec4::ONE {
+            self.colors.resize(place, Vec4::ONE);
+            self.colors.push(color);
+        }
+    }
+
+    /// Whether there are no faces.
+    pub(super) fn is_empty(&self) -> bool {
+        self.faces.is_empty()
     }
 
     /// Adds to the warnings what became of the faces; to be called when all are there.
@@ -107,10 +139,9 @@ impl Found {
         if self.faces.is_empty() {
             return None;
         }
-        let has_colors = self.corners.iter().any(|corner| corner.color != Vec4::ONE);
-        let positions = self.corners.iter().map(|corner| corner.position);
-        let mut corners = Corners::around(crate::model::corners::origin(positions));
-        corners.reserve(self.corners.len(), self.faces.len());
+        let origin = crate::model::corners::origin(self.positions.iter().copied());
+        let mut corners = Corners::around(origin);
+        corners.reserve(self.positions.len(), self.faces.len());
         let mut order: Vec<u32> = (0..self.faces.len() as u32).collect();
         // Stable, so that the faces of a material stay in the order of the file.
         order.sort_by_key(|&face| self.faces[face as usize].1);
@@ -118,18 +149,32 @@ impl Found {
         for material in 0..self.materials.len() as u32 {
             while let Some(face) = order.next_if(|&f| self.faces[f as usize].1 == material) {
                 let face = face as usize;
-                let start = if face == 0 { 0 } else { self.faces[face - 1].0 as usize };
-                for corner in &self.corners[start..self.faces[face].0 as usize] {
-                    let point = corners.point_at(corner.position);
-                    corners.push(point, corner.uv, corner.normal);
-                    if has_colors {
-                        corners.color(corner.color);
-                    }
-                }
-                corners.end_face(BY_ANGLE);
+                let start = if face == 0 { 0 } else { self.faces[face - 1].0 };
+                self.add_face(start as usize..self.faces[face].0 as usize, &mut corners);
             }
             corners.end_material();
         }
         Some(Model::from_corners(corners, crease_angle, self.materials, self.textures))
     }
+
+    fn add_face(&self, places: std::ops::Range<usize>, corners: &mut Corners) {
+        for place in places {
+            let uv = self.uvs.get(place).copied().unwrap_or(Vec2::NAN);
+            let normal = self.normals.get(place).copied().unwrap_or(Vec3::ZERO);
+            let point = corners.point_at(self.positions[place]);
+            corners.push(point, uv, normal);
+            if !self.colors.is_empty() {
+                corners.color(self.colors.get(place).copied().unwrap_or(Vec4::ONE));
+            }
+        }
+        corners.end_face(BY_ANGLE);
+    }
+}
+
+/// Whether a file begins as STL text does, perhaps after comments.
+pub(super) fn begins_solid(content: &[u8]) -> bool {
+    let lines = content.split(|&byte| byte == b'\n' || byte == b'\r').map(<[u8]>::trim_ascii_start);
+    let mut lines = lines.take(1000).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+    let word = lines.next().and_then(|line| line.get(..5));
+    word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
 }

@@ -22,8 +22,8 @@ use self::data::Data;
 const MAX_NODES: usize = 1 << 20;
 
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Found, String> {
-    let (document, blob) = parse(bytes)?;
     let mut found = Found::new();
+    let (document, blob) = parse(bytes, &mut found)?;
     let data = Data::open(&document, blob, path)?;
     looks::open(&document, &data, path, &mut found);
     place_all(&document, &data, &mut found)?;
@@ -39,16 +39,31 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Found, String> {
 }
 
 /// The document, whose indices all refer to something, and the bytes that come with it.
-fn parse(bytes: &[u8]) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
-    let wrong =
-        |error: gltf::Error| format!("it is no glTF file that can be read: {}", sentence(&error));
+fn parse(bytes: &[u8], found: &mut Found) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
+    let wrong = |error: gltf::Error| match is_version_1(bytes) {
+        true => "it is glTF 1.0, which is not read: convert it to glTF 2.0".into(),
+        false => format!("it is no glTF file that can be read: {}", sentence(&error)),
+    };
     let gltf::Gltf { document, blob } =
         gltf::Gltf::from_slice_without_validation(bytes).map_err(wrong)?;
     let mut root = document.into_json();
-    if let Some(extension) = root.extensions_required.iter().find(|name| !is_read(name)) {
-        return Err(format!("it needs the extension {}, which is not read", sentence(extension)));
+    for extension in std::mem::take(&mut root.extensions_required) {
+        if COMPRESSIONS.contains(&extension.as_str()) {
+            return Err(format!(
+                "its meshes are packed by {extension}, which is not read: unpack them"
+            ));
+        }
+        if !is_read(&extension) {
+            let name = sentence(&extension);
+            found.warnings.push(format!("it needs the extension {name}, which is not used"));
+        }
     }
-    root.extensions_required.clear();
+    let scenes = root.scenes.len();
+    root.scene = root.scene.filter(|scene| scene.value() < scenes);
+    // Attributes of applications' own are none of ours.
+    for primitive in root.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
+        primitive.attributes.retain(|semantic, _| matches!(semantic, Checked::Valid(_)));
+    }
     // The checks that follow trust this index, and miss the bounds, which are not used.
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let positions = primitives
@@ -60,7 +75,30 @@ fn parse(bytes: &[u8]) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
         accessor.min = accessor.min.take().or_else(nothing);
         accessor.max = accessor.max.take().or_else(nothing);
     }
-    Ok((gltf::Document::from_json(root).map_err(wrong)?, blob))
+    let packing = root.extensions_used.iter().find(|name| COMPRESSIONS.contains(&name.as_str()));
+    let packing = packing.cloned();
+    let document = gltf::Document::from_json(root).map_err(|error| match packing {
+        Some(packing) => {
+            format!("its meshes are packed by {packing}, which is not read: unpack them")
+        }
+        None => wrong(error),
+    })?;
+    Ok((document, blob))
+}
+
+/// Extensions without which there is no geometry.
+const COMPRESSIONS: [&str; 3] =
+    ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// Whether a file that cannot be read is in the first version of the format.
+fn is_version_1(bytes: &[u8]) -> bool {
+    if let Some(rest) = bytes.strip_prefix(b"glTF") {
+        return rest.starts_with(&1_u32.to_le_bytes());
+    }
+    // Lists of that version are maps from names.
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 20)]);
+    let plain: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+    plain.contains("\"version\":\"1.") || plain.contains("\"accessors\":{")
 }
 
 /// What a file may require: what is read, and what only changes how light is reflected.
@@ -130,15 +168,23 @@ fn add(
     };
     let is_mirrored = DMat3::from_mat4(place).determinant() < 0.0;
     let material = primitive.material().index().map_or(0, |index| index + 1);
+    let (mut wrong, mut lost) = (None, 0_u64);
     for mut triangle in triangles(&indices, primitive.mode()) {
         if is_mirrored {
             triangle.swap(1, 2);
         }
         let [Some(a), Some(b), Some(c)] = triangle.map(|index| vertices.corner(index)) else {
-            let index = triangle.iter().max().copied().unwrap_or_default();
-            return Err(format!("a mesh refers to vertex {index}, but there are only {count}"));
+            wrong = wrong.or_else(|| triangle.into_iter().find(|&index| index as usize >= count));
+            lost += 1;
+            continue;
         };
         found.face([a, b, c], material)?;
+    }
+    if let Some(index) = wrong {
+        found.warnings.push(format!(
+            "a mesh refers to vertex {index}, counted from 0, but there are only {count}; {lost} \
+             triangles are skipped"
+        ));
     }
     Ok(())
 }

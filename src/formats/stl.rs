@@ -7,7 +7,7 @@ use std::io::{Cursor, Read};
 
 use glam::DVec3;
 
-use crate::formats::found::{Corner, Found};
+use crate::formats::found::{Corner, Found, begins_solid};
 
 /// The bytes of a binary file before its triangles, and those of a triangle.
 const HEADER: usize = 84;
@@ -18,11 +18,10 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
         .get(80..HEADER)
         .map_or(0, |count| u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])));
     let length = HEADER as u64 + TRIANGLE as u64 * count;
-    let is_text =
-        bytes.trim_ascii_start().get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
+    let is_text = begins_solid(&bytes);
     // Some binary files begin with that word as well, but their length gives them away.
     if is_text && (length != bytes.len() as u64 || count == 0) {
-        return collect(&mut Cursor::new(plain(&bytes)));
+        return collect(&mut Cursor::new(plain(&bytes)), 0);
     }
     if bytes.len() < HEADER {
         return Err(
@@ -35,7 +34,7 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
     // A head that is not taken for text, and that announces what is there.
     bytes[..80].fill(0);
     bytes[80..HEADER].copy_from_slice(&(count.min(there) as u32).to_le_bytes());
-    let mut found = collect(&mut Cursor::new(bytes))?;
+    let mut found = collect(&mut Cursor::new(bytes), there as usize)?;
     if there < count {
         found.warnings.push(format!(
             "it ends after {there} of the {count} triangles that it announces; was it cut off?"
@@ -44,8 +43,10 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<Found, String> {
     Ok(found)
 }
 
-fn collect(file: &mut (impl Read + std::io::Seek)) -> Result<Found, String> {
+/// Reads a file that has so many triangles at the least, if that is known.
+fn collect(file: &mut (impl Read + std::io::Seek), count: usize) -> Result<Found, String> {
     let mut found = Found::new();
+    found.reserve(count);
     let triangles = stl_io::create_stl_reader(file).map_err(|error| error.to_string())?;
     for (count, triangle) in triangles.enumerate() {
         let triangle = match triangle {
@@ -62,11 +63,12 @@ fn collect(file: &mut (impl Read + std::io::Seek)) -> Result<Found, String> {
     Ok(found.finish())
 }
 
-/// The text of all solids as one, in small letters and without normals, which may be NaN.
+/// The text of all solids as one, in small letters, without comments, and without normals, which may be NaN.
 fn plain(bytes: &[u8]) -> Vec<u8> {
     let mut text = b"solid all\n".to_vec();
     for line in bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
-        let line = line.trim_ascii().to_ascii_lowercase();
+        let end = line.iter().position(|&byte| byte == b'#').unwrap_or(line.len());
+        let line = line[..end].trim_ascii().to_ascii_lowercase();
         if line.starts_with(b"facet") {
             text.extend_from_slice(b"facet normal 0 0 0");
         } else if !line.is_empty() && !line.starts_with(b"solid") && !line.starts_with(b"endsolid")

@@ -4,9 +4,11 @@
 //! point, texture coordinate, normal and colour then share a vertex.
 
 use std::collections::HashMap;
+use std::hash::BuildHasher as _;
 
 use foldhash::fast::RandomState;
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use hashbrown::HashTable;
 
 use crate::model::faces::{FacesByMaterial, range_before};
 use crate::model::vertex::ModelVertex;
@@ -25,11 +27,12 @@ pub(crate) struct Corners {
     pub(super) origin: DVec3,
     /// Positions, each once even if the file repeats it: faces that have one in common meet there.
     pub(super) points: Vec<Vec3>,
-    /// Which point has a position of these bits.
-    point_of: HashMap<[u32; 3], u32, RandomState>,
+    /// The points, found by the bits of their positions.
+    point_of: HashTable<u32>,
+    hasher: RandomState,
     /// For each corner, its point.
     pub(super) point: Vec<u32>,
-    /// For each corner, its texture coordinate with v up; NaN where the file gives none.
+    /// For each corner, its texture coordinate with v up; NaN, or beyond the end, where the file gives none.
     uv: Vec<Vec2>,
     /// For each corner, its normal of any length; zero where the file gives none.
     pub(super) normal: Vec<Vec3>,
@@ -51,11 +54,19 @@ impl Corners {
 
     /// The point at a position of the file. It is added unless there is one.
     pub(crate) fn point_at(&mut self, position: DVec3) -> u32 {
-        let position = (position - self.origin).as_vec3();
-        let next = self.points.len() as u32;
-        let index = *self.point_of.entry(bits(position)).or_insert(next);
+        // Adding 0 makes the two zeros one.
+        let position = (position - self.origin).as_vec3() + 0.0;
+        let Self { points, point_of, hasher, .. } = self;
+        let hash = |position: Vec3| {
+            let [x, y, z] = position.to_array().map(f32::to_bits);
+            hasher.hash_one((u64::from(x) << 32 | u64::from(y), z))
+        };
+        let next = points.len() as u32;
+        let is_same = |&index: &u32| points[index as usize] == position;
+        let entry = point_of.entry(hash(position), is_same, |&index| hash(points[index as usize]));
+        let index = *entry.or_insert(next).get();
         if index == next {
-            self.points.push(position);
+            points.push(position);
         }
         index
     }
@@ -63,7 +74,6 @@ impl Corners {
     /// Makes room for so many more corners and faces.
     pub(crate) fn reserve(&mut self, corners: usize, faces: usize) {
         self.point.reserve(corners);
-        self.uv.reserve(corners);
         self.normal.reserve(corners);
         self.ends.reserve(faces);
         self.smoothing.reserve(faces);
@@ -74,8 +84,11 @@ impl Corners {
     /// Texture coordinates have v up here; NaN stands for none. Normals may have any length; zero
     /// stands for none.
     pub(crate) fn push(&mut self, point: u32, uv: Vec2, normal: Vec3) {
+        if !uv.is_nan() {
+            self.uv.resize(self.point.len(), Vec2::NAN);
+            self.uv.push(uv);
+        }
         self.point.push(point);
-        self.uv.push(uv);
         self.normal.push(normal);
     }
 
@@ -98,12 +111,14 @@ impl Corners {
 
     /// Joins all corners that are alike into one vertex each.
     pub(super) fn into_shared(self) -> (Vec<ModelVertex>, FacesByMaterial) {
+        let uv_of = |corner: usize| self.uv.get(corner).copied().unwrap_or(Vec2::NAN);
         let has_uv = (0..self.ends.len())
-            .map(|face| !self.uv[range_before(&self.ends, face)].iter().any(|uv| uv.is_nan()))
+            .map(|face| !range_before(&self.ends, face).any(|corner| uv_of(corner).is_nan()))
             .collect();
         let mut joiner = Joiner::new(self.points.len());
-        let indices = (self.point.iter().zip(&self.uv).zip(&self.normal).enumerate())
-            .map(|(corner, ((&point, &uv), &normal))| {
+        let indices = (self.point.iter().zip(&self.normal).enumerate())
+            .map(|(corner, (&point, &normal))| {
+                let uv = uv_of(corner);
                 let uv = if uv.is_nan() { Vec2::ZERO } else { Vec2::new(uv.x, 1.0 - uv.y) };
                 let color = self.color.get(corner).copied().unwrap_or(Vec4::ONE);
                 let position = self.points[point as usize];

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::fragment::Footprint;
+use crate::fragment::{Footprint, FootprintBlock, LANES, Lanes};
 use crate::texture::Texture;
 
 /// How a face looks.
@@ -29,6 +29,13 @@ pub struct Material {
     pub alpha_mapping: TextureMapping,
     /// What is to be done with alpha.
     pub alpha_mode: AlphaMode,
+    /// Light that the face sends out by itself: red, green and blue, linear, mostly zero.
+    pub emission: Vec3,
+    /// Index into [`Model::textures`](crate::Model::textures) of the picture that multiplies `emission`, if
+    /// there is one.
+    pub emission_texture: Option<usize>,
+    /// How that picture lies on the faces.
+    pub emission_mapping: TextureMapping,
 }
 
 /// What the alpha of a material means.
@@ -53,7 +60,10 @@ pub enum AlphaMode {
 pub struct TextureMapping {
     /// How often the picture is repeated along u and v where texture coordinates go from 0 to 1.
     pub scale: Vec2,
-    /// What is added to scaled coordinates, u to the right and v UP.
+    /// How scaled coordinates are turned counter-clockwise, u to the right and v UP: the cosine and the
+    /// sine of the angle. The picture is seen turned the other way.
+    pub turn: Vec2,
+    /// What is added to scaled and turned coordinates, u to the right and v UP.
     pub offset: Vec2,
     /// Whether the picture's edge goes on beyond it, instead of the picture being repeated. The texture
     /// of a loaded model wraps so already.
@@ -67,7 +77,8 @@ pub struct TextureMapping {
 impl Default for TextureMapping {
     /// The picture once, as it is.
     fn default() -> Self {
-        Self { scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, base: 0.0, gain: 1.0 }
+        let (scale, turn, offset) = (Vec2::ONE, Vec2::X, Vec2::ZERO);
+        Self { scale, turn, offset, clamp: false, base: 0.0, gain: 1.0 }
     }
 }
 
@@ -76,15 +87,40 @@ impl TextureMapping {
     #[inline]
     #[must_use]
     pub fn uv(&self, uv: Vec2) -> Vec2 {
-        // Of coordinates with v up: 1 - ((1 - v) scale + offset).
-        let down = Vec2::new(self.offset.x, 1.0 - self.scale.y - self.offset.y);
-        uv * self.scale + down
+        let (x, y, at_zero) = self.columns();
+        x * uv.x + y * uv.y + at_zero
+    }
+
+    /// The mapping of coordinates with v down: its two columns, and what zero is mapped to.
+    #[inline]
+    fn columns(&self) -> (Vec2, Vec2, Vec2) {
+        let Self { scale, turn: Vec2 { x: cosine, y: sine }, offset, .. } = *self;
+        // Of coordinates with v up: (u, 1 - v) is scaled, turned and moved, and v taken from 1 again.
+        let x = Vec2::new(cosine, -sine) * scale.x;
+        let y = Vec2::new(sine, cosine) * scale.y;
+        (x, y, Vec2::new(offset.x, 1.0 - offset.y) - y)
     }
 
     /// What is seen of the picture, with v down, where so much is seen of a vertex's coordinates.
     #[inline]
     fn footprint(&self, seen: &Footprint) -> Footprint {
-        Footprint { uv: self.uv(seen.uv), dx: seen.dx * self.scale, dy: seen.dy * self.scale }
+        let (x, y, at_zero) = self.columns();
+        let along = |d: Vec2| x * d.x + y * d.y;
+        Footprint { uv: along(seen.uv) + at_zero, dx: along(seen.dx), dy: along(seen.dy) }
+    }
+
+    /// The same for a block.
+    #[inline(always)]
+    fn footprint_block(&self, seen: &FootprintBlock) -> FootprintBlock {
+        let (x, y, at_zero) = self.columns();
+        let along = |[u, v]: &[Lanes; 2], at: Vec2| {
+            let sum = |x: f32, y: f32, at: f32| {
+                std::array::from_fn(|lane| x * u[lane] + y * v[lane] + at)
+            };
+            [sum(x.x, y.x, at.x), sum(x.y, y.y, at.y)]
+        };
+        let (dx, dy) = (along(&seen.dx, Vec2::ZERO), along(&seen.dy, Vec2::ZERO));
+        FootprintBlock { uv: along(&seen.uv, at_zero), dx, dy }
     }
 
     /// A colour of the picture, premultiplied by alpha, after gain and base.
@@ -114,6 +150,9 @@ impl Material {
             alpha_texture: None,
             alpha_mapping: TextureMapping::default(),
             alpha_mode: AlphaMode::Opaque,
+            emission: Vec3::ZERO,
+            emission_texture: None,
+            emission_mapping: TextureMapping::default(),
         }
     }
 
@@ -137,23 +176,111 @@ impl Material {
             let texture = texture.and_then(|index| textures.get(index));
             texture.map(|t| mapping.changed(t.sample_footprint(&mapping.footprint(seen))))
         };
-        let mut all = color.truncate().extend(1.0) * color.w * self.diffuse.extend(1.0);
+        let mut all = self.plain_color(color);
         if let Some(texel) = sample(self.texture, &self.mapping) {
             all *= texel;
         }
-        if self.alpha_mode == AlphaMode::Opaque && all.w == 1.0 {
+        if self.is_opaque(all) {
             return all;
         }
         all *= self.alpha;
         if let Some(texel) = sample(self.alpha_texture, &self.alpha_mapping) {
             all *= texel.x;
         }
+        self.with_alpha(all)
+    }
+
+    /// The colours at the pixels of a block, as [`color_at`](Self::color_at) has them one by one, to the bit.
+    /// Those of lanes that have no bit in `mask` mean nothing.
+    ///
+    /// `color` has red, green, blue and alpha of the vertices' colours, interpolated.
+    #[inline]
+    #[must_use]
+    pub fn colors_at(
+        &self,
+        textures: &[Texture],
+        seen: &FootprintBlock,
+        color: [&Lanes; 4],
+        mask: u32,
+    ) -> [Vec4; LANES] {
+        let [r, g, b, a] = color;
+        let mut all = std::array::from_fn(|lane| {
+            self.plain_color(Vec4::new(r[lane], g[lane], b[lane], a[lane]))
+        });
+        if let Some(texels) = sampled(textures, self.texture, &self.mapping, seen, mask) {
+            for (color, texel) in all.iter_mut().zip(texels) {
+                *color *= texel;
+            }
+        }
+        let opaque = all.map(|color| self.is_opaque(color));
+        if opaque == [true; LANES] {
+            return all;
+        }
+        let alphas = sampled(textures, self.alpha_texture, &self.alpha_mapping, seen, mask);
+        for (lane, color) in all.iter_mut().enumerate() {
+            if !opaque[lane] {
+                let product = *color * self.alpha;
+                let product = alphas.as_ref().map_or(product, |texels| product * texels[lane].x);
+                *color = self.with_alpha(product);
+            }
+        }
+        all
+    }
+
+    /// Whether faces send out light by themselves.
+    #[must_use]
+    pub fn is_emissive(&self) -> bool {
+        self.emission != Vec3::ZERO
+    }
+
+    /// The light that a face sends out by itself at a point, to be added to what it reflects: linear.
+    /// `textures` and `seen` are those of [`color_at`](Self::color_at).
+    #[inline]
+    #[must_use]
+    pub fn emission_at(&self, textures: &[Texture], seen: &Footprint) -> Vec3 {
+        let texture = self.emission_texture.and_then(|index| textures.get(index));
+        texture.map_or(self.emission, |texture| {
+            let mapping = &self.emission_mapping;
+            let texel = mapping.changed(texture.sample_footprint(&mapping.footprint(seen)));
+            self.emission * texel.truncate()
+        })
+    }
+
+    /// The colour of the vertices under that of the material.
+    #[inline]
+    fn plain_color(&self, color: Vec4) -> Vec4 {
+        color.truncate().extend(1.0) * color.w * self.diffuse.extend(1.0)
+    }
+
+    /// Whether a colour stays as it is, before its alpha is looked at.
+    #[inline]
+    fn is_opaque(&self, color: Vec4) -> bool {
+        self.alpha_mode == AlphaMode::Opaque && color.w == 1.0
+    }
+
+    /// A colour after what its alpha means.
+    #[inline]
+    fn with_alpha(&self, color: Vec4) -> Vec4 {
         match self.alpha_mode {
-            AlphaMode::Blend => all,
-            AlphaMode::Cutout { threshold } if all.w < threshold || all.w <= 0.0 => Vec4::ZERO,
+            AlphaMode::Blend => color,
+            AlphaMode::Cutout { threshold } if color.w < threshold || color.w <= 0.0 => Vec4::ZERO,
             // What is left is opaque, in the colour that it has before alpha.
-            _ if all.w > 0.0 => (all.truncate() / all.w).extend(1.0),
+            _ if color.w > 0.0 => (color.truncate() / color.w).extend(1.0),
             _ => Vec3::ZERO.extend(1.0),
         }
     }
+}
+
+/// The colours of a picture at the pixels of a block, if there is a picture.
+#[inline]
+fn sampled(
+    textures: &[Texture],
+    texture: Option<usize>,
+    mapping: &TextureMapping,
+    seen: &FootprintBlock,
+    mask: u32,
+) -> Option<[Vec4; LANES]> {
+    let texture = texture.and_then(|index| textures.get(index))?;
+    let texels = texture.sample_footprint_block(&mapping.footprint_block(seen), mask);
+    Some(texels.map(|texel| mapping.changed(texel)))
 }

@@ -13,11 +13,14 @@
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
+use crate::model::angle::cosine;
 use crate::model::corners::{BY_ANGLE, Corners, FLAT};
 use crate::model::faces::range_before;
+use crate::render::parallel::for_each;
 
 /// Up to this many corners around a point are compared pair by pair. Beyond that, their faces are
 /// first gathered in cells of directions, so that a point of 100,000 faces costs at most 384 steps a
@@ -45,32 +48,29 @@ pub(super) fn complete(corners: &mut Corners, crease_angle: f32) {
     }
     let least_cosine = cosine(f64::from(crease_angle)) - TOLERANCE;
     let fans = Fans::new(corners);
-    let shape = Shape::new(corners);
+    let directions = directions(corners);
+    let shape = Shape { corners, fans: &fans, directions: &directions, least_cosine };
 
-    let mut around = Vec::new();
-    let mut turns = Turns::default();
-    for fan in fans.iter() {
-        if fan.iter().any(|&corner| corners.normal[corner as usize] == Vec3::ZERO) {
-            let faces = fan.iter().map(|&corner| {
-                let face = fans.face[corner as usize] as usize;
-                let direction = shape.directions[face];
-                let vector = direction * f64::from(shape.angles[corner as usize]);
-                Contribution { direction, vector, smoothing: corners.smoothing[face] }
-            });
-            gather(faces, &mut around);
-            turns.find(corners, &fans, fan);
-        }
-        for (place, &corner) in fan.iter().enumerate() {
-            let face = fans.face[corner as usize] as usize;
-            let own = (shape.directions[face], corners.smoothing[face]);
-            let normal = &mut corners.normal[corner as usize];
-            *normal = unit(*normal).unwrap_or_else(|| {
-                let mean = smooth(own, &around, turns.seen_from(place), least_cosine);
-                mean.as_vec3()
-            });
-        }
+    // In the order of the fans, each part of which is one thread's.
+    let mut normals = vec![Vec3::ZERO; fans.corners.len()];
+    let mut parts = Vec::new();
+    let mut rest = &mut normals[..];
+    for first in (0..fans.ends.len()).step_by(PART) {
+        let fans_of_part = first..fans.ends.len().min(first + PART);
+        let start = range_before(&fans.ends, first).start;
+        let len = range_before(&fans.ends, fans_of_part.end - 1).end - start;
+        let (part, after) = rest.split_at_mut(len);
+        rest = after;
+        parts.push((fans_of_part, part));
+    }
+    for_each(&mut parts, |_, (fans_of_part, normals)| shape.fill(fans_of_part.clone(), normals));
+    for (&corner, normal) in fans.corners.iter().zip(normals) {
+        corners.normal[corner as usize] = normal;
     }
 }
+
+/// So many points, or faces, are one thread's at a time.
+const PART: usize = 2048;
 
 /// The vector brought to length 1, in `f64`; `None` for zero.
 fn unit(vector: Vec3) -> Option<Vec3> {
@@ -88,33 +88,49 @@ struct Contribution {
     smoothing: u32,
 }
 
-/// The mean, with length 1, of the contributions that are smooth with the face of direction `own`:
-/// those of its group, or those within the crease angle.
-///
-/// A face without an area has no direction and takes the mean of all. Where that is zero too, any
-/// normal is as good. `turned` says of each contribution whether it is turned over against the face.
-fn smooth(
-    (own, smoothing): (DVec3, u32),
-    around: &[Contribution],
-    turned: &[bool],
+/// The normals at a point.
+struct Means<'a> {
+    around: &'a [Contribution],
     least_cosine: f64,
-) -> DVec3 {
-    let is_turned = |place| own != DVec3::ZERO && turned.get(place) == Some(&true);
-    let sign = |place: usize| if is_turned(place) { -1.0 } else { 1.0 };
-    let sum: DVec3 = around
-        .iter()
-        .enumerate()
-        .filter(|&(place, face)| match smoothing {
+    /// The faces of the last mean, a bit each, and the mean. Corners of a smooth surface have the same.
+    last: Option<(u64, DVec3)>,
+}
+
+impl Means<'_> {
+    /// The mean, with length 1, of the contributions that are smooth with the face of direction `own`:
+    /// those of its group, or those within the crease angle.
+    ///
+    /// A face without an area has no direction and takes the mean of all. Where that is zero too, any
+    /// normal is as good. `turned` says of each contribution whether it is turned over against the face.
+    fn smooth(&mut self, (own, smoothing): (DVec3, u32), turned: &[bool]) -> DVec3 {
+        let Self { around, least_cosine, .. } = *self;
+        let is_turned = |place| own != DVec3::ZERO && turned.get(place) == Some(&true);
+        let sign = |place: usize| if is_turned(place) { -1.0 } else { 1.0 };
+        let is_smooth = |place: usize, face: &Contribution| match smoothing {
             _ if own == DVec3::ZERO => true,
             FLAT => false,
             BY_ANGLE => {
                 face.smoothing == BY_ANGLE && sign(place) * own.dot(face.direction) >= least_cosine
             }
             group => face.smoothing == group,
-        })
-        .map(|(place, face)| face.vector * sign(place))
-        .sum();
-    sum.try_normalize().unwrap_or(if own == DVec3::ZERO { DVec3::Z } else { own })
+        };
+        let mean = |is_smooth: &dyn Fn(usize, &Contribution) -> bool| {
+            let faces = around.iter().enumerate().filter(|&(place, face)| is_smooth(place, face));
+            let sum: DVec3 = faces.map(|(place, face)| face.vector * sign(place)).sum();
+            sum.try_normalize()
+        };
+        let without = if own == DVec3::ZERO { DVec3::Z } else { own };
+        if !turned.is_empty() || around.len() > u64::BITS as usize {
+            return mean(&is_smooth).unwrap_or(without);
+        }
+        let faces = around.iter().enumerate();
+        let bits =
+            faces.fold(0, |bits, (place, face)| bits | u64::from(is_smooth(place, face)) << place);
+        if self.last.is_none_or(|(last, _)| last != bits) {
+            self.last = mean(&|place, _| bits >> place & 1 != 0).map(|mean| (bits, mean));
+        }
+        self.last.map_or(without, |(_, mean)| mean)
+    }
 }
 
 /// Which of the faces around a point are turned over against each other.
@@ -124,53 +140,43 @@ struct Turns {
     /// nothing if none is.
     turned: Vec<bool>,
     size: usize,
-    /// For each corner the points after and before it on its face.
-    sides: Vec<[u32; 2]>,
 }
 
 impl Turns {
-    /// Looks at the faces of the corners around a point, unless they are very many.
-    fn find(&mut self, corners: &Corners, fans: &Fans, fan: &[u32]) {
+    /// Looks at the faces around a point, unless they are very many.
+    fn find(&mut self, spokes: &[Spoke]) {
         self.turned.clear();
-        self.size = fan.len();
-        if fan.len() > MAX_PAIRED {
+        self.size = spokes.len();
+        if spokes.len() > MAX_PAIRED {
             return;
         }
-        self.sides.clear();
-        self.sides.extend(fan.iter().map(|&corner| {
-            let range = range_before(&corners.ends, fans.face[corner as usize] as usize);
-            let corner = corner as usize;
-            let after = if corner + 1 == range.end { range.start } else { corner + 1 };
-            let before = if corner == range.start { range.end - 1 } else { corner - 1 };
-            [corners.point[after], corners.point[before]]
-        }));
-        let sides = &self.sides;
         let is_twice = |way: usize| {
-            (1..sides.len()).any(|i| sides[..i].iter().any(|side| side[way] == sides[i][way]))
+            let side = |spoke: &Spoke| spoke.sides[way];
+            (1..spokes.len()).any(|i| spokes[..i].iter().any(|it| side(it) == side(&spokes[i])))
         };
         if !is_twice(0) && !is_twice(1) {
             return;
         }
-        self.turned.resize(fan.len() * fan.len(), false);
-        for from in 0..fan.len() {
-            self.walk(from);
+        self.turned.resize(spokes.len() * spokes.len(), false);
+        for from in 0..spokes.len() {
+            self.walk(from, spokes);
         }
     }
 
     /// Goes around the point from a corner, from face to face over common edges.
-    fn walk(&mut self, from: usize) {
-        let sides = &self.sides;
+    fn walk(&mut self, from: usize, spokes: &[Spoke]) {
+        let sides = |place: usize| spokes[place].sides;
         let mut turn_of = [None; MAX_PAIRED];
         let mut queue = vec![from];
         turn_of[from] = Some(false);
         while let Some(at) = queue.pop() {
-            for other in 0..sides.len() {
+            for other in 0..spokes.len() {
                 if turn_of[other].is_some() {
                     continue;
                 }
-                let [after, before] = sides[at];
-                let is_alike = sides[other][1] == after || sides[other][0] == before;
-                let is_turned = sides[other][0] == after || sides[other][1] == before;
+                let ([after, before], others) = (sides(at), sides(other));
+                let is_alike = others[1] == after || others[0] == before;
+                let is_turned = others[0] == after || others[1] == before;
                 if is_alike != is_turned {
                     turn_of[other] = turn_of[at].map(|turn: bool| turn != is_turned);
                     queue.push(other);
@@ -230,37 +236,85 @@ fn cell_of(vector: DVec3) -> usize {
     (side * GRID + square(vector[(axis + 1) % 3])) * GRID + square(vector[(axis + 2) % 3])
 }
 
-/// The directions of faces, and the angles at their corners.
-struct Shape {
+/// What normals are made from.
+struct Shape<'a> {
+    corners: &'a Corners,
+    fans: &'a Fans,
     /// For each face, of length 1 or zero.
-    directions: Vec<DVec3>,
-    /// For each corner, in radians from 0 to 2 pi.
-    angles: Vec<f32>,
+    directions: &'a [DVec3],
+    /// The cosine of the crease angle, or a little less.
+    least_cosine: f64,
 }
 
-impl Shape {
-    fn new(corners: &Corners) -> Self {
-        let mut shape = Self { directions: Vec::new(), angles: Vec::new() };
+impl Shape<'_> {
+    /// Finds the normals at the corners of some points, in the order of the fans.
+    fn fill(&self, points: Range<usize>, normals: &mut [Vec3]) {
+        let Self { corners, fans, .. } = *self;
+        let (mut spokes, mut around) = (Vec::new(), Vec::new());
+        let mut turns = Turns::default();
+        let mut filled = normals.iter_mut();
+        for point in points {
+            let fan = fans.of(point);
+            if fan.iter().any(|&corner| corners.normal[corner as usize] == Vec3::ZERO) {
+                spokes.clear();
+                spokes.extend(fan.iter().map(|&corner| self.spoke(corner as usize)));
+                gather(spokes.iter().map(|spoke| self.contribution(point, spoke)), &mut around);
+                turns.find(&spokes);
+            }
+            let mut means = Means { around: &around, least_cosine: self.least_cosine, last: None };
+            for ((place, &corner), filled) in fan.iter().enumerate().zip(&mut filled) {
+                let given = corners.normal[corner as usize];
+                let given = if given == Vec3::ZERO { None } else { unit(given) };
+                *filled = given.unwrap_or_else(|| {
+                    let face = spokes[place].face;
+                    let own = (self.directions[face], corners.smoothing[face]);
+                    means.smooth(own, turns.seen_from(place)).as_vec3()
+                });
+            }
+        }
+    }
+
+    fn spoke(&self, corner: usize) -> Spoke {
+        let (corners, face) = (self.corners, self.fans.face[corner] as usize);
+        let range = range_before(&corners.ends, face);
+        let after = if corner + 1 == range.end { range.start } else { corner + 1 };
+        let before = if corner == range.start { range.end - 1 } else { corner - 1 };
+        Spoke { face, sides: [corners.point[after], corners.point[before]] }
+    }
+
+    /// What a face adds to normals at a point: its direction by its angle there.
+    fn contribution(&self, point: usize, spoke: &Spoke) -> Contribution {
+        let position = |point: u32| self.corners.points[point as usize].as_dvec3();
+        let (at, direction) = (position(point as u32), self.directions[spoke.face]);
+        let [after, before] = spoke.sides.map(position);
+        // In the precision that is plenty for a weight.
+        let angle = f64::from(angle(after - at, before - at, direction) as f32);
+        let smoothing = self.corners.smoothing[spoke.face];
+        Contribution { direction, vector: direction * angle, smoothing }
+    }
+}
+
+/// A corner of a face at a point.
+struct Spoke {
+    face: usize,
+    /// The points after and before it on its face.
+    sides: [u32; 2],
+}
+
+/// For each face the direction of its front, of length 1 or zero.
+fn directions(corners: &Corners) -> Vec<DVec3> {
+    let mut directions = vec![DVec3::ZERO; corners.ends.len()];
+    let mut parts: Vec<_> = directions.chunks_mut(PART).collect();
+    for_each(&mut parts, |part, directions| {
         let mut positions = Vec::new();
-        for face in 0..corners.ends.len() {
+        for (face, direction) in (part * PART..).zip(directions.iter_mut()) {
             let points = &corners.point[range_before(&corners.ends, face)];
             positions.clear();
             positions.extend(points.iter().map(|&point| corners.points[point as usize].as_dvec3()));
-            shape.add(&positions);
+            *direction = newell(&positions);
         }
-        shape
-    }
-
-    fn add(&mut self, polygon: &[DVec3]) {
-        let direction = newell(polygon);
-        self.directions.push(direction);
-        let before = polygon.iter().cycle().skip(polygon.len().saturating_sub(1));
-        let after = polygon.iter().cycle().skip(1);
-        let sides = polygon.iter().zip(before).zip(after);
-        self.angles.extend(
-            sides.map(|((&at, &before), &after)| angle(after - at, before - at, direction) as f32),
-        );
-    }
+    });
+    directions
 }
 
 /// Newell's sum over the edges, which is along the polygon's normal, brought to length 1; zero for a
@@ -287,17 +341,6 @@ fn arc_cosine(cosine: f64) -> f64 {
     let series = 1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 + x * -0.018_729_3));
     let angle = (1.0 - x).sqrt() * series;
     if cosine < 0.0 { PI - angle } else { angle }
-}
-
-/// The cosine of an angle from 0 to pi, by its power series. The first term left out is pi^32 / 32!,
-/// or 3e-20.
-fn cosine(angle: f64) -> f64 {
-    let terms = (1..=15).scan(1.0, |term, k| {
-        let even = 2.0 * f64::from(k);
-        *term *= -angle * angle / ((even - 1.0) * even);
-        Some(*term)
-    });
-    1.0 + terms.sum::<f64>()
 }
 
 /// For each point the corners that meet there, in one list.
@@ -327,13 +370,15 @@ impl Fans {
             sorted[ends[point as usize] as usize] = corner;
             ends[point as usize] += 1;
         }
-        let face = (0..corners.ends.len())
-            .flat_map(|face| range_before(&corners.ends, face).map(move |_| face as u32))
-            .collect();
+        let mut face = Vec::with_capacity(corners.point.len());
+        for (number, &end) in (0..).zip(&corners.ends) {
+            face.resize(end as usize, number);
+        }
         Self { corners: sorted, ends, face }
     }
 
-    fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        (0..self.ends.len()).map(|point| &self.corners[range_before(&self.ends, point)])
+    /// The corners at a point, in the order of the file.
+    fn of(&self, point: usize) -> &[u32] {
+        &self.corners[range_before(&self.ends, point)]
     }
 }

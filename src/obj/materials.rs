@@ -31,7 +31,7 @@ pub(super) fn open(
     }
     let mut materials = vec![default.clone()];
     for entry in entries {
-        let [diffuse_map, ambient_map, alpha_map] = &entry.maps;
+        let [diffuse_map, ambient_map, alpha_map, emission_map] = &entry.maps;
         let mut material = Material::new(entry.name.clone(), default.diffuse);
         // Some programs write the picture of a material as that of its ambient light alone.
         let color_map = diffuse_map.as_ref().or(ambient_map.as_ref());
@@ -45,18 +45,29 @@ pub(super) fn open(
         {
             (material.alpha_texture, material.alpha_mapping) = (Some(index), mapping);
         }
+        if let Some((index, mapping)) =
+            cache.map(emission_map.as_ref(), Use::Colour, &entry, finder, warnings)
+        {
+            (material.emission_texture, material.emission_mapping) = (Some(index), mapping);
+            material.emission = Vec3::ONE;
+        }
+        material.emission = entry.emission.unwrap_or(material.emission);
         match entry.diffuse {
             Some(Vec3::ZERO) if material.texture.is_some() => {
                 warnings.add(Warning::BlackTexture { material: entry.name.clone() });
             }
+            // A picture that is missing, of which a warning tells, was to give the colour.
+            Some(Vec3::ZERO) if color_map.is_some() => {}
             Some(diffuse) => material.diffuse = diffuse,
             None => {}
         }
         // `d` is the one that the format has; where both are written, `Tr` follows from it.
         material.alpha = entry.dissolve.unwrap_or(1.0 - entry.transparency.unwrap_or(0.0));
-        if material.alpha == 0.0 {
-            let cause = if entry.dissolve.is_some() { "d 0" } else { "Tr 1" };
-            warnings.add(Warning::Invisible { material: entry.name, cause });
+        if material.alpha == 0.0 && entry.dissolve.is_none() {
+            material.alpha = 1.0;
+            warnings.add(Warning::Opaque { material: entry.name });
+        } else if material.alpha == 0.0 {
+            warnings.add(Warning::Invisible { material: entry.name });
         }
         material.alpha_mode = alpha_mode(&material, &cache.textures);
         materials.push(material);

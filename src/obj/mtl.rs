@@ -27,14 +27,16 @@ pub(super) struct Entry {
     pub(super) dissolve: Option<f32>,
     /// `Tr`.
     pub(super) transparency: Option<f32>,
-    /// What follows `map_Kd`, `map_Ka` and `map_d`: options and a name.
-    pub(super) maps: [Option<String>; 3],
+    /// `Ke`.
+    pub(super) emission: Option<Vec3>,
+    /// What follows `map_Kd`, `map_Ka`, `map_d` and `map_Ke`: options and a name.
+    pub(super) maps: [Option<String>; 4],
     /// The folder of the file, from that of the OBJ file.
     pub(super) folder: String,
 }
 
 /// The maps that are read, in the order of [`Entry::maps`].
-pub(super) const MAPS: [&str; 3] = ["map_Kd", "map_Ka", "map_d"];
+pub(super) const MAPS: [&str; 4] = ["map_Kd", "map_Ka", "map_d", "map_Ke"];
 
 /// Reads all MTL files that the OBJ file `obj` names in `mtllib` lines, or the one of its own name.
 pub(super) fn read(
@@ -95,9 +97,13 @@ fn files_of(line: &str, finder: &mut Finder) -> (Vec<(PathBuf, String)>, Option<
     let plain = without_comment(line).unwrap_or(line);
     let mut first_missing = None;
     let mut files = Vec::new();
-    let mut count = 0;
-    for name in plain.split_ascii_whitespace() {
-        count += 1;
+    // Several names may have blanks, if each ends as such names do.
+    let mut names = by_ending(plain);
+    if !names.iter().all(|name| matches!(finder.find("", name), Some(Ok(_)))) {
+        names = plain.split_ascii_whitespace().collect();
+    }
+    let count = names.len();
+    for name in names {
         match finder.find("", name) {
             Some(Ok(path)) => files.push((path, folder_of(name))),
             Some(Err(path)) => first_missing = first_missing.or(Some(path)),
@@ -107,6 +113,19 @@ fn files_of(line: &str, finder: &mut Finder) -> (Vec<(PathBuf, String)>, Option<
     // Of a name with spaces the whole is missing, not each word.
     let missing = if files.is_empty() && count > 1 { missing } else { first_missing };
     (files, missing)
+}
+
+/// The names in a line, each of which ends in `.mtl`.
+fn by_ending(line: &str) -> Vec<&str> {
+    let lower = line.to_ascii_lowercase();
+    let mut names = Vec::new();
+    let mut start = 0;
+    for (end, _) in lower.match_indices(".mtl ") {
+        names.push(line[start..end + 4].trim());
+        start = end + 4;
+    }
+    names.push(line[start..].trim());
+    names
 }
 
 #[derive(Default)]
@@ -156,6 +175,8 @@ impl Reader {
         let is = |word: &str| keyword.eq_ignore_ascii_case(word);
         if is("Kd") {
             entry.diffuse = Some(colour(rest)?);
+        } else if is("Ke") {
+            entry.emission = Some(colour(rest)?);
         } else if is("d") {
             entry.dissolve = fraction(rest)?;
         } else if is("Tr") {
@@ -165,7 +186,7 @@ impl Reader {
                 return Err(LineError::NoName { keyword: MAPS[map] });
             }
             entry.maps[map] = Some(rest.to_owned());
-        } else if let Some(what) = unused(keyword, rest) {
+        } else if let Some(what) = unused(keyword) {
             self.notes.add(Note::Unused(what), line);
         }
         Ok(())
@@ -190,9 +211,8 @@ impl Reader {
 ///
 /// The numbers of the lighting model, such as `Ka`, `Ks`, `Ns` and `illum`, are in every file; diffuse light
 /// alone is drawn, which the module's documentation says.
-fn unused(keyword: &str, rest: &str) -> Option<&'static str> {
+fn unused(keyword: &str) -> Option<&'static str> {
     let is = |word: &str| keyword.eq_ignore_ascii_case(word);
-    let is_zero = || words(rest).all(|word| word.parse() == Ok(0.0));
     Some(match keyword {
         _ if is("map_Ks") || is("map_Ns") => "pictures of highlights (map_Ks, map_Ns)",
         _ if is("map_bump") || is("bump") || is("norm") || is("map_Kn") => {
@@ -202,8 +222,6 @@ fn unused(keyword: &str, rest: &str) -> Option<&'static str> {
             "pictures of displacements and decals (disp, decal)"
         }
         _ if is("refl") || is("map_refl") => "pictures of reflections (refl)",
-        _ if is("map_Ke") => "pictures of emitted light (map_Ke)",
-        _ if is("Ke") && !is_zero() => "colours of emitted light (Ke)",
         _ if is("map_Tr") || is("map_aat") => "statements map_Tr and map_aat",
         _ if is_map(keyword) => "pictures of other properties (map_Pr, map_Pm and others)",
         _ => return None,

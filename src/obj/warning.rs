@@ -85,14 +85,22 @@ pub enum Warning {
     },
     /// A material is altogether transparent.
     #[error(
-        "the material `{}` is altogether transparent ({cause}), so that its faces are not seen",
+        "the material `{}` is altogether transparent (d 0), so that its faces are not seen",
         shown(material)
     )]
     Invisible {
         /// The material.
         material: String,
-        /// The statement that says so.
-        cause: &'static str,
+    },
+    /// A transparency of 1 without a `d` would hide all faces, and is taken for none: MeshLab writes it where
+    /// it means opaque.
+    #[error(
+        "the material `{}` has Tr 1, which would hide its faces; they are opaque",
+        shown(material)
+    )]
+    Opaque {
+        /// The material.
+        material: String,
     },
     /// A texture is missing, broken or too large, and the material keeps its plain colour.
     #[error("the material `{}` stays without its texture: {source}", shown(material))]

@@ -93,6 +93,10 @@ fn formats_are_known_by_content_first() {
         assert_eq!(Format::of(content.as_bytes(), Path::new(name)), format, "{content}");
     }
     assert_eq!(Format::of(&binary_stl(b"solid", &HALVES), Path::new("a")), Some(Format::Stl));
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a"), binary_stl(b"", &HALVES)).expect("a file");
+    let loaded = polyscan::Model::open(folder.path().join("a")).expect("a model");
+    assert_eq!((loaded.format, loaded.model.face_count()), (Format::Stl, 2));
     let error = read("anything", "a.txt").expect_err("no format");
     assert!(error.to_string().starts_with("a.txt is in no format that is known"), "{error}");
 }
@@ -122,6 +126,11 @@ fn stl_is_read_as_other_programs_write_it() {
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
         assert_eq!(loaded.model.vertices.len(), 4, "corners are joined");
         assert!(loaded.model.vertices.iter().all(|v| v.normal == Vec3::Z));
+    }
+    let said = format!("# a comment\n\n # solid\n{}", text.replace('\n', " # said\n # vertex\n"));
+    for name in ["a.stl", "-"] {
+        let loaded = read(&said, name).expect("a model");
+        assert_eq!(positions(&loaded), halves, "{name}");
     }
     let mut cut = binary_stl(b"", &HALVES);
     cut.truncate(84 + 50 + 20);
@@ -169,6 +178,130 @@ fn ply_is_read_in_all_three_encodings() {
     assert!(error.to_string().contains("refers to vertex 9"), "{error}");
     let error = read(text.replace("element vertex 4", "element vertex 999999999"), "a.ply");
     assert!(error.expect_err("cut off").to_string().contains("too many"));
+}
+
+/// A square of vertices with positions alone.
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+                   property float z\nelement face 2\nproperty list uchar int vertex_indices\n\
+                   end_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
+
+#[test]
+fn ply_is_read_as_other_programs_write_it() {
+    let halves = HALVES.map(|half| half.to_vec());
+    for text in [
+        PLY.to_owned(),
+        PLY.replace('\n', "\r\n"),
+        // Comments and blank lines among the numbers, and a line that should have been a comment.
+        PLY.replace("end_header\n", "end_header\n\n").replace("1 1 0\n", "comment x\n\n1 1 0 \n"),
+        PLY.replace("element vertex", "Created by some program, from: x\nelement vertex"),
+        PLY.replace("element vertex", "obj_info end_header x\ncomment end_header\nelement vertex"),
+    ] {
+        let loaded = read(&text, "a.ply").expect("a model");
+        assert_eq!(positions(&loaded), halves, "{text}");
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    }
+    // Cut off: what is there, and a warning.
+    let loaded = read(PLY.trim_end_matches("3 0 2 3\n"), "a.ply").expect("what is there");
+    assert_eq!(loaded.model.face_count(), 1);
+    assert!(loaded.warnings[0].contains("after 1 of its 2 faces"), "{:?}", loaded.warnings);
+    let error = read(PLY.split("1 1 0").next().expect("text"), "a.ply").expect_err("no vertices");
+    assert!(error.to_string().contains("was it cut off?"), "{error}");
+    for cloud in [PLY.replace("face 2", "face 0"), PLY.replace("element face 2", "element x 2")] {
+        let error = read(&cloud, "a.ply").expect_err("no faces").to_string();
+        assert!(error.contains("a cloud of points"), "{error}");
+    }
+}
+
+/// The picture that MeshLab names in a comment, with texture coordinates of the corners.
+#[test]
+fn ply_has_the_picture_that_it_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = polyscan::Framebuffer::new(1, 1, [255_u8, 0, 0, 255]).expect("a pixel");
+    picture.save_png(folder.path().join("my picture.png")).expect("a picture");
+    let text = PLY
+        .replace("element vertex", "comment TextureFile C:\\scans\\my picture.png\nelement vertex")
+        .replace("vertex_indices\n", "vertex_indices\nproperty list uchar float texcoord\n")
+        .replace("3 0 1 2\n", "3 0 1 2 6 0 0 1 0 1 1\n")
+        .replace("3 0 2 3\n", "3 0 2 3 0\n");
+    let model = folder.path().join("a.ply");
+    std::fs::write(&model, &text).expect("a file");
+    let Loaded { model, warnings, .. } = Loader::new().load(model).expect("a model");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    // The face without coordinates comes first: it has the default material.
+    let textures: Vec<_> = model.faces().map(|f| model.materials[f.material].texture).collect();
+    assert_eq!(textures, [None, Some(0)]);
+    let loaded = read(&text, "no/such/folder/a.ply").expect("a model");
+    assert!(loaded.warnings[0].contains("without its picture"), "{:?}", loaded.warnings);
+}
+
+/// Files that other readers draw.
+#[test]
+fn gltf_is_read_as_other_programs_write_it() {
+    let text = gltf("{}", r#"{"mesh":0}"#);
+    let halves = HALVES.map(|half| half.to_vec());
+    for (changed, warned) in [
+        (text.replace(r#""POSITION":0"#, r#""POSITION":0,"_FEATURE_ID_0":0"#), None),
+        (text.replace(r#""scene":0"#, r#""scene":7"#), None),
+        (text.replacen('{', r#"{"extensionsRequired":["X_looks"],"#, 1), Some("extension X_looks")),
+    ] {
+        let loaded = read(&changed, "a.gltf").expect("a model");
+        assert_eq!(positions(&loaded), halves, "{changed}");
+        let said = loaded.warnings.join("\n");
+        assert!(warned.map_or(said.is_empty(), |what| said.contains(what)), "{said}");
+    }
+    // The last index is 3; of only three vertices, the second triangle leads nowhere.
+    let short = text.replace("\"count\":4", "\"count\":3");
+    let loaded = read(&short, "a.gltf").expect("what is there");
+    assert_eq!(positions(&loaded), halves[..1]);
+    assert!(loaded.warnings[0].contains("refers to vertex 3"), "{:?}", loaded.warnings);
+
+    let old = r#"{"asset":{"version": "1.0"},"accessors":{"a":{}},"meshes":{}}"#;
+    for old in [old.as_bytes(), b"glTF\x01\0\0\0\x20\0\0\0"] {
+        let error = read(old, "a.gltf").expect_err("the first version").to_string();
+        assert!(error.contains("glTF 1.0"), "{error}");
+    }
+    for word in ["extensionsRequired", "extensionsUsed"] {
+        let packed = format!(r#"{{"{word}":["KHR_draco_mesh_compression"],"#);
+        let packed = text.replacen('{', &packed, 1).replace("\"bufferView\":0,", "");
+        let error = read(packed, "a.gltf").expect_err("packed").to_string();
+        assert!(error.contains("packed by KHR_draco_mesh_compression"), "{error}");
+    }
+}
+
+/// The example in the text of KHR_texture_transform: the lower left quadrant, turned clockwise.
+#[test]
+fn gltf_turns_textures_and_emits_light() {
+    use glam::vec2;
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = polyscan::Framebuffer::new(1, 1, [0_u8, 255, 0, 255]).expect("a pixel");
+    picture.save_png(folder.path().join("a.png")).expect("a picture");
+    let png = base64(&std::fs::read(folder.path().join("a.png")).expect("a file"));
+    let transform = r#"{"offset":[0,1],"rotation":1.57079632679,"scale":[0.5,0.5]}"#;
+    let material = format!(
+        r#"{{"emissiveFactor":[1,1,0.5],"emissiveTexture":{{"index":0,
+        "extensions":{{"KHR_texture_transform":{transform}}}}},
+        "extensions":{{"KHR_materials_emissive_strength":{{"emissiveStrength":2}}}}}}"#
+    );
+    let images = format!(
+        r#"{{"textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{png}"}}],"#
+    );
+    let text = gltf(&material, r#"{"mesh":0}"#).replacen('{', &images, 1);
+    let Loaded { model, warnings, .. } = read(&text, "a.gltf").expect("a model");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let material = &model.materials[1];
+    let light = material.emission_at(&model.textures, &vec2(0.3, 0.3).into());
+    assert_eq!(light, vec3(0.0, 2.0, 0.0));
+    for (uv, expected) in [
+        // What is shown at the top left is the quadrant's lower left, and so on around.
+        (vec2(0.0, 0.0), vec2(0.0, 1.0)),
+        (vec2(1.0, 0.0), vec2(0.0, 0.5)),
+        (vec2(1.0, 1.0), vec2(0.5, 0.5)),
+        (vec2(0.0, 1.0), vec2(0.5, 1.0)),
+    ] {
+        let found = material.emission_mapping.uv(uv);
+        assert!((found - expected).length() < 1e-6, "{uv}: {found}");
+    }
 }
 
 #[test]

@@ -49,6 +49,8 @@ mod api;
 #[cfg(feature = "obj")]
 mod obj;
 #[cfg(feature = "obj")]
+mod looks;
+#[cfg(feature = "obj")]
 mod other_files;
 #[cfg(all(feature = "obj", feature = "stl", feature = "ply", feature = "gltf"))]
 mod formats;

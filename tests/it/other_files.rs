@@ -218,6 +218,7 @@ fn materials_are_found_as_other_machines_name_them() {
         ("mtllib my chair.mtl # x", "my chair.mtl", 0),
         ("mtllib C:\\art\\chair.mtl", "chair.mtl", 0),
         ("mtllib looks/chair.mtl", "chair.mtl", 0),
+        ("mtllib my chair.mtl my chair.mtl", "my chair.mtl", 0),
         ("mtllib old.mtl", "m.mtl", 1),
         ("# none", "m.mtl", 0),
     ] {
@@ -280,6 +281,52 @@ fn a_black_colour_does_not_hide_its_picture() {
     let Loaded { model, warnings } = Model::load(files.path("m.obj")).expect("a model");
     assert_eq!(model.color_at(1, &vec2(0.5, 0.5).into(), Vec4::ONE), vec4(1.0, 0.0, 0.0, 1.0));
     assert!(matches!(&warnings[..], [Warning::BlackTexture { .. }]), "{warnings:?}");
+}
+
+/// The picture that was to give the colour is missing: not black, but as without a colour.
+#[test]
+fn a_black_colour_without_its_picture_is_grey() {
+    let files = Files::new().with("m.mtl", "newmtl a\nKd 0 0 0\nmap_Kd t.png\n");
+    let (model, warnings) = files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
+    assert_eq!(model.materials[1].diffuse, model.materials[0].diffuse);
+    assert!(warnings.len() == 1 && warnings[0].contains("without its texture"), "{warnings:?}");
+}
+
+/// As MeshLab writes materials that are opaque.
+#[test]
+fn a_transparency_of_one_alone_is_opaque() {
+    let files = Files::new().with("m.mtl", "newmtl a\nKd 1 1 1\nTr 1.000000\n");
+    let (model, warnings) =
+        files.with("m.obj", format!("mtllib m.mtl\nusemtl a\n{TRIANGLE}f 1 2 3\n")).load("m.obj");
+    assert_eq!((model.materials[1].alpha, model.has_transparency()), (1.0, false));
+    assert!(warnings.len() == 1 && warnings[0].contains("Tr 1"), "{warnings:?}");
+    let files = Files::new().with("m.mtl", "newmtl a\nd 0\n");
+    let (model, warnings) =
+        files.with("m.obj", format!("mtllib m.mtl\nusemtl a\n{TRIANGLE}f 1 2 3\n")).load("m.obj");
+    assert_eq!(model.materials[1].alpha, 0.0);
+    assert!(warnings.len() == 1 && warnings[0].contains("altogether"), "{warnings:?}");
+}
+
+#[test]
+fn emitted_light_is_that_of_its_picture() {
+    for (lines, expected) in [
+        ("Ke 0.5 0.25 2\n", vec3(0.5, 0.25, 2.0)),
+        ("Ke 0.5 0.25 2\nmap_Ke t.png\n", vec3(0.5, 0.0, 0.0)),
+        ("map_Ke t.png\n", Vec3::X),
+        // To the letter.
+        ("Ke 0 0 0\nmap_Ke t.png\n", Vec3::ZERO),
+        ("Kd 1 1 1\n", Vec3::ZERO),
+    ] {
+        let files = Files::new().with("m.mtl", format!("newmtl a\n{lines}"));
+        let files = files.with_picture("t.png", 255);
+        let (model, warnings) =
+            files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let material = &model.materials[1];
+        assert_eq!(material.is_emissive(), expected != Vec3::ZERO, "{lines}");
+        let light = material.emission_at(&model.textures, &vec2(0.5, 0.5).into());
+        assert_eq!(light, expected, "{lines}");
+    }
 }
 
 #[test]
@@ -531,7 +578,6 @@ fn what_is_not_used_is_said_once() {
             "m.obj:11: statements that no OBJ file has, such as `foo`, are not used (2 in the file)",
             "m.mtl:2: pictures of highlights (map_Ks, map_Ns) are not used",
             "m.mtl:3: pictures of bumps and normals (map_Bump, bump, norm) are not used (2 in the file)",
-            "m.mtl:7: colours of emitted light (Ke) are not used",
         ]
     );
 }

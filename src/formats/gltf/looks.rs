@@ -3,38 +3,41 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use gltf::image::Source;
 use gltf::texture::{MagFilter, WrappingMode};
 use image::{ImageReader, Limits};
 
 use super::data::{Data, resource};
 use crate::formats::found::Found;
-use crate::model::{AlphaMode, Material, TextureMapping};
+use crate::model::{AlphaMode, Material, TextureMapping, direction};
 use crate::texture::{Filter, MAX_DECODE_BYTES, MAX_FILE_TEXELS, MAX_SIDE, Texture, Wrap};
 
 /// The most pictures that are opened.
 const MAX_TEXTURES: usize = 1024;
 
-/// The set of texture coordinates that the base colour of a material uses.
+/// The set of texture coordinates that a material uses: that of its base colour, or else of its emitted
+/// light.
 pub(super) fn uv_set(material: &gltf::Material<'_>) -> u32 {
-    material.pbr_metallic_roughness().base_color_texture().map_or(0, |info| {
-        info.texture_transform().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord())
-    })
+    let base = material.pbr_metallic_roughness().base_color_texture();
+    base.or(material.emissive_texture()).map_or(0, |info| set_of(&info))
+}
+
+fn set_of(info: &gltf::texture::Info<'_>) -> u32 {
+    info.texture_transform().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord())
 }
 
 /// Adds all materials, after the default one, and the textures that they use.
 pub(super) fn open(document: &gltf::Document, data: &Data, path: &Path, found: &mut Found) {
-    let mut left = MAX_FILE_TEXELS;
-    let mut indices = vec![None; document.textures().len()];
+    let indices = vec![None; document.textures().len()];
+    let mut opener = Opener { data, path, left: MAX_FILE_TEXELS, indices };
     let mut unused = [0_u64; 3];
     // Where there is no material, the specification has a white one.
-    found.materials[0].diffuse = glam::Vec3::ONE;
+    found.materials[0].diffuse = Vec3::ONE;
     for material in document.materials() {
         let base = material.pbr_metallic_roughness();
         let color = Vec4::from_array(base.base_color_factor());
-        let name = material.name().unwrap_or("unnamed");
-        let mut made = Material::new(name, color.truncate());
+        let mut made = Material::new(material.name().unwrap_or("unnamed"), color.truncate());
         made.alpha_mode = match material.alpha_mode() {
             gltf::material::AlphaMode::Opaque => AlphaMode::Opaque,
             gltf::material::AlphaMode::Mask => {
@@ -46,51 +49,94 @@ pub(super) fn open(document: &gltf::Document, data: &Data, path: &Path, found: &
             made.alpha = color.w.clamp(0.0, 1.0);
         }
         if let Some(info) = base.base_color_texture() {
-            let texture = info.texture();
-            let index = *indices[texture.index()].get_or_insert_with(|| {
-                let opened = if found.textures.len() < MAX_TEXTURES {
-                    texture_of(&texture, data, path, left)
-                } else {
-                    Err(format!("at most {MAX_TEXTURES} are opened"))
-                };
-                match opened {
-                    Ok(texture) => {
-                        left -= u64::from(texture.width()) * u64::from(texture.height());
-                        found.textures.push(texture);
-                        Some(found.textures.len() - 1)
-                    }
-                    Err(cause) => {
-                        let name = name.replace(char::is_control, "");
-                        let sentence =
-                            format!("the material `{name}` stays without its texture: {cause}");
-                        found.warnings.push(sentence);
-                        None
-                    }
-                }
-            });
-            made.texture = index;
+            made.texture = opener.open(&info.texture(), &made.name, found);
             made.mapping = mapping_of(&info);
         }
+        made.emission = Vec3::from_array(material.emissive_factor());
+        made.emission *= material.emissive_strength().unwrap_or(1.0);
+        if let Some(info) = material.emissive_texture().filter(|_| made.is_emissive()) {
+            if set_of(&info) == uv_set(&material) {
+                made.emission_texture = opener.open(&info.texture(), &made.name, found);
+                made.emission_mapping = mapping_of(&info);
+            }
+            if made.emission_texture.is_none() {
+                // Without its picture, which is dark nearly everywhere, all would glow.
+                made.emission = Vec3::ZERO;
+                unused[2] += u64::from(set_of(&info) != uv_set(&material));
+            }
+        }
         unused[0] += u64::from(material.normal_texture().is_some());
-        unused[1] += u64::from(material.emissive_texture().is_some());
-        unused[2] += u64::from(material.occlusion_texture().is_some());
+        unused[1] += u64::from(material.occlusion_texture().is_some());
         found.materials.push(made);
     }
-    for (what, count) in ["normals", "emitted light", "occlusion"].into_iter().zip(unused) {
+    let what = ["normals", "occlusion", "emitted light with texture coordinates of their own"];
+    for (what, count) in what.into_iter().zip(unused) {
         if count > 0 {
             found.warnings.push(format!("pictures of {what} are not used ({count} in the file)"));
         }
     }
 }
 
-/// How a texture lies on the faces (KHR_texture_transform), but for its rotation.
+/// Opens textures, each once.
+struct Opener<'a> {
+    data: &'a Data,
+    path: &'a Path,
+    /// How many texels there may still be.
+    left: u64,
+    /// For each texture of the document that was asked for, its place among those found; `None` for those
+    /// that cannot be opened.
+    indices: Vec<Option<Option<usize>>>,
+}
+
+impl Opener<'_> {
+    /// The place of a texture, which a warning says if it cannot be opened.
+    fn open(
+        &mut self,
+        texture: &gltf::Texture<'_>,
+        material: &str,
+        found: &mut Found,
+    ) -> Option<usize> {
+        if let Some(index) = self.indices[texture.index()] {
+            return index;
+        }
+        let opened = if found.textures.len() < MAX_TEXTURES {
+            texture_of(texture, self.data, self.path, self.left)
+        } else {
+            Err(format!("at most {MAX_TEXTURES} are opened"))
+        };
+        let index = match opened {
+            Ok(texture) => {
+                self.left -= u64::from(texture.width()) * u64::from(texture.height());
+                found.textures.push(texture);
+                Some(found.textures.len() - 1)
+            }
+            Err(cause) => {
+                let name = material.replace(char::is_control, "");
+                found
+                    .warnings
+                    .push(format!("the material `{name}` stays without its texture: {cause}"));
+                None
+            }
+        };
+        self.indices[texture.index()] = Some(index);
+        index
+    }
+}
+
+/// How a texture lies on the faces (KHR_texture_transform).
+///
+/// The extension's text gives a matrix that turns the other way than its example of the lower left quadrant;
+/// programs follow the example.
 fn mapping_of(info: &gltf::texture::Info<'_>) -> TextureMapping {
     let mut mapping = TextureMapping::default();
     if let Some(transform) = info.texture_transform() {
         let [u, v] = transform.offset();
         mapping.scale = Vec2::from_array(transform.scale());
-        // Given with v down, kept with v up.
-        mapping.offset = Vec2::new(u, 1.0 - mapping.scale.y - v);
+        mapping.turn = direction(transform.rotation());
+        // Turned and moved around the corner that v down begins at, kept with v up.
+        let Vec2 { x: cosine, y: sine } = mapping.turn;
+        let height = mapping.scale.y;
+        mapping.offset = Vec2::new(u + sine * height, 1.0 - cosine * height - v);
     }
     mapping
 }

@@ -1,0 +1,113 @@
+//! How surfaces look: the shaders.
+
+use polyscan::fragment::{FootprintBlock, LANES, Lanes};
+use polyscan::glam::{Vec3, Vec4};
+use polyscan::{Fragment, FragmentBlock, Texture};
+
+use crate::draw::{FULL, PLAIN, Scene, Surface};
+
+/// How a surface looks whose vertices carry `N` numbers.
+pub(crate) trait Look<const N: usize>: Sync {
+    /// Lays the colours of a block over those that are there: linear light, premultiplied by alpha.
+    fn shade(&self, block: &mut FragmentBlock<'_, N>, colors: &mut [Vec4; LANES]);
+
+    /// The normal at a fragment, of any length; `None` in a hole.
+    fn normal(&self, fragment: &Fragment<'_, N>) -> Option<Vec3>;
+}
+
+/// Lit alike from both sides, for many files have faces that are turned over.
+#[inline(always)]
+fn lit([x, y, z]: [&Lanes; 3], lamp: Vec3) -> Lanes {
+    std::array::from_fn(|lane| {
+        let normal = [x[lane], y[lane], z[lane]];
+        let dot = normal[0] * lamp.x + normal[1] * lamp.y + normal[2] * lamp.z;
+        let square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+        // Where there is no normal there is no light but that from everywhere.
+        let cosine = if square > 0.0 { dot.abs() / square.sqrt() } else { 0.0 };
+        0.2 + 0.8 * cosine
+    })
+}
+
+/// The look of models that have no textures, and no colours but their materials'.
+pub(crate) struct PlainLook<'a> {
+    scene: &'a Scene<'a>,
+    lamp: Vec3,
+    /// Of each material, the colour that is lit, premultiplied by its alpha.
+    colors: Vec<Vec4>,
+    /// Of each material, the light that is added.
+    emissions: Vec<Vec4>,
+}
+
+impl<'a> PlainLook<'a> {
+    pub(crate) fn new(scene: &'a Scene<'a>, lamp: Vec3) -> Self {
+        let materials = &scene.model.materials;
+        let nowhere = Default::default();
+        let colors: Vec<_> =
+            materials.iter().map(|m| m.color_at(&[], &nowhere, Vec4::ONE)).collect();
+        let emissions = materials.iter().zip(&colors);
+        let emissions =
+            emissions.map(|(m, color)| (m.emission_at(&[], &nowhere) * color.w).extend(0.0));
+        let emissions = emissions.collect();
+        Self { scene, lamp, colors, emissions }
+    }
+}
+
+impl Look<PLAIN> for PlainLook<'_> {
+    #[inline(always)]
+    fn shade(&self, block: &mut FragmentBlock<'_, PLAIN>, colors: &mut [Vec4; LANES]) {
+        let material = self.scene.faces[block.face as usize].material;
+        let (color, emission) = (self.colors[material], self.emissions[material]);
+        let [x, y, z] = &block.params;
+        let light = lit([x, y, z], self.lamp);
+        let shaded = |light: f32| color * Vec4::new(light, light, light, 1.0) + emission;
+        if color.w >= 1.0 {
+            *colors = light.map(shaded);
+            return;
+        }
+        for (pixel, light) in colors.iter_mut().zip(light) {
+            *pixel = shaded(light) + *pixel * (1.0 - color.w);
+        }
+    }
+
+    fn normal(&self, fragment: &Fragment<'_, PLAIN>) -> Option<Vec3> {
+        let material = self.scene.faces[fragment.face as usize].material;
+        (self.colors[material].w > 0.0).then(|| Vec3::from_array(fragment.params))
+    }
+}
+
+/// The look of all other models.
+pub(crate) struct FullLook<'a> {
+    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) textures: &'a [Texture],
+    pub(crate) lamp: Vec3,
+}
+
+impl Look<FULL> for FullLook<'_> {
+    #[inline(always)]
+    fn shade(&self, block: &mut FragmentBlock<'_, FULL>, colors: &mut [Vec4; LANES]) {
+        let (Scene { model, faces, .. }, textures) = (self.scene, self.textures);
+        let material = &model.materials[faces[block.face as usize].material];
+        let has_pictures = material.texture.or(material.alpha_texture).is_some();
+        let has_pictures = has_pictures || material.emission_texture.is_some();
+        // The order of the surface's numbers.
+        let seen = if has_pictures { block.footprint(0, 1) } else { FootprintBlock::default() };
+        let [_, _, x, y, z, r, g, b, a] = &block.params;
+        let all = material.colors_at(textures, &seen, [r, g, b, a], block.visible);
+        let light = lit([x, y, z], self.lamp);
+        for (lane, (pixel, color)) in colors.iter_mut().zip(all).enumerate() {
+            let mut reflected = color.truncate() * light[lane];
+            if material.is_emissive() {
+                reflected += material.emission_at(textures, &seen.get(lane)) * color.w;
+            }
+            *pixel = reflected.extend(color.w) + *pixel * (1.0 - color.w);
+        }
+    }
+
+    fn normal(&self, fragment: &Fragment<'_, FULL>) -> Option<Vec3> {
+        let Surface { normal, color, .. } = fragment.params.into();
+        let material =
+            &self.scene.model.materials[self.scene.faces[fragment.face as usize].material];
+        let color = material.color_at(self.textures, &fragment.footprint(0, 1), color);
+        (color.w > 0.0).then_some(normal)
+    }
+}
