@@ -1,0 +1,27 @@
+"""Exact polygon rasterization on the CPU.
+
+`rasterize` finds the face, the depth and the barycentrics that are seen at each pixel; `interpolate` and `texture` make
+pictures of them. Cameras are `Camera`s: OpenCV's, perspective, orthographic, or any projection matrix.
+
+Pictures have their first row at the top, and pixel (i, j) is sampled at its centre, (i + 0.5, j + 0.5). Nothing is
+global: threads are set by each call, and a process may fork.
+"""
+
+from ._arguments import Polygons
+from ._camera import Camera, look_at, opengl_pose
+from ._rasterize import Seen, interpolate, rasterize
+from ._texture import Texture, texture
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Camera",
+    "Polygons",
+    "Seen",
+    "Texture",
+    "interpolate",
+    "look_at",
+    "opengl_pose",
+    "rasterize",
+    "texture",
+]

@@ -1,0 +1,164 @@
+//! Visibility: which face is seen at each pixel, how far away, and where on the face.
+
+use numpy::PyArray1;
+use polyscan::glam::DVec4;
+use polyscan::{ClipSpace, Cull, DepthMode, Viewport, ZBufferRenderer};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::polygons::{PolygonArray, Polygons};
+use crate::positions::{PositionArray, Positions, matrix, not_finite};
+use crate::seen::Visibility;
+use crate::threads::work;
+
+/// How a camera sees.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct How {
+    clip_from_object: [[f64; 4]; 4],
+    /// The depth of a point is the product with this.
+    depth_row: [f64; 4],
+    /// Whether that is the w of clip space times a number, and which.
+    depth_per_w: Option<f32>,
+    /// Whether clip space is -w <= z <= w.
+    is_opengl: bool,
+    /// Whether greater z are nearer.
+    is_reversed: bool,
+    /// -1 to leave out faces that show their backs, 1 their fronts, 0 none.
+    cull: i8,
+    /// The width and height of the whole picture.
+    size: [u32; 2],
+    /// What is drawn of it: left column, top row, width and height.
+    tile: [u32; 4],
+    layers: u32,
+    /// What is wanted: depths, barycentrics, derivatives, corners.
+    products: [bool; 4],
+    threads: Option<usize>,
+}
+
+impl How {
+    fn renderer(&self) -> Result<ZBufferRenderer<0>, String> {
+        let [width, height] = self.size;
+        let viewport = Viewport::new(width, height).map_err(|error| format!("size: {error}"))?;
+        // At most 65536, since the tile is within the picture.
+        let viewport = viewport.with_corner(-(self.tile[0] as i32), -(self.tile[1] as i32));
+        let mut renderer = ZBufferRenderer::new(viewport);
+        let settings = &mut renderer.settings;
+        if self.is_opengl {
+            settings.clip_space = ClipSpace::MinusOneToOne;
+        }
+        if self.is_reversed {
+            settings.depth = DepthMode::Reversed;
+        }
+        settings.cull = match self.cull {
+            0 => Cull::None,
+            1.. => Cull::Front,
+            _ => Cull::Back,
+        };
+        Ok(renderer)
+    }
+}
+
+/// Flat arrays of what is seen, row by row, the layers of a pixel one after the other: faces, depths, barycentrics,
+/// derivatives, corners. Those that are not wanted are empty.
+type Arrays<'py> = (
+    Bound<'py, PyArray1<i32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<u32>>,
+);
+
+/// Finds what is seen of a mesh.
+#[pyfunction]
+pub(crate) fn rasterize<'py>(
+    py: Python<'py>,
+    vertices: &Bound<'py, PyAny>,
+    faces: (Bound<'py, PyAny>, Option<Bound<'py, PyAny>>),
+    how: How,
+) -> PyResult<Arrays<'py>> {
+    let positions = PositionArray::new(vertices)?;
+    let faces = PolygonArray::new(&faces.0, faces.1.as_ref())?;
+    let (positions, faces) = (positions.get()?, faces.get()?);
+    let seen = work(py, how.threads, || see(positions, faces, &how))?;
+    let (mut seen, depth) = seen.map_err(PyValueError::new_err)?;
+    let array = |numbers: Vec<f32>| PyArray1::from_vec(py, numbers);
+    let face = bytemuck::allocation::cast_vec(std::mem::take(&mut seen.face));
+    let barycentrics = std::mem::take(&mut seen.barycentrics).into_flattened();
+    let derivatives = std::mem::take(&mut seen.derivatives).into_flattened().into_flattened();
+    let corners = std::mem::take(&mut seen.corners).into_flattened();
+    Ok((
+        PyArray1::from_vec(py, face),
+        array(depth),
+        array(barycentrics),
+        array(derivatives),
+        PyArray1::from_vec(py, corners),
+    ))
+}
+
+/// What is seen, and its depths in the camera's unit; an error is a sentence.
+fn see(
+    positions: Positions<'_>,
+    faces: Polygons<'_>,
+    how: &How,
+) -> Result<(Visibility, Vec<f32>), String> {
+    let mut renderer = how.renderer()?;
+    let [_, _, width, height] = how.tile;
+    let size = |error| format!("size: {error}");
+    let mut seen = Visibility::new(width, height).map_err(size)?;
+    let clip_from_object = matrix(how.clip_from_object);
+    let vertices = positions.in_clip_space(&clip_from_object).map_err(not_finite)?;
+    match faces {
+        Polygons::Alike(indices, 3) => {
+            seen.draw(&mut renderer, &vertices, indices.as_chunks::<3>().0);
+        }
+        Polygons::Alike(indices, sides) => {
+            seen.draw(&mut renderer, &vertices, indices.chunks_exact(sides.max(1)));
+        }
+        Polygons::Ragged(..) => {
+            seen.draw(&mut renderer, &vertices, (0..faces.len()).map(|face| faces.get(face)));
+        }
+    }
+    drop(vertices);
+    seen.resolve(
+        positions,
+        faces,
+        clip_from_object,
+        [how.tile[0], how.tile[1], how.size[0], how.size[1]],
+    );
+    let depth = depths(&mut seen, positions, how);
+    let [_, wants_barycentrics, wants_derivatives, wants_corners] = how.products;
+    if !wants_barycentrics {
+        seen.barycentrics = Vec::new();
+    }
+    if !wants_derivatives {
+        seen.derivatives = Vec::new();
+    }
+    if !wants_corners {
+        seen.corners = Vec::new();
+    }
+    Ok((seen, depth))
+}
+
+/// The depths in the camera's unit; 0 where there is no face.
+fn depths(seen: &mut Visibility, positions: Positions<'_>, how: &How) -> Vec<f32> {
+    let row = DVec4::from(how.depth_row);
+    if let Some(per_w) = how.depth_per_w {
+        let mut depth = std::mem::take(&mut seen.w);
+        if per_w != 1.0 {
+            depth.par_iter_mut().for_each(|depth| *depth *= per_w);
+        }
+        return depth;
+    }
+    let mut depth = std::mem::take(&mut seen.depth);
+    let places = seen.corners.par_iter().zip(&seen.barycentrics).zip(&seen.face);
+    depth.par_iter_mut().zip(places).for_each(|(depth, ((corners, weights), &face))| {
+        let of =
+            |(&i, &weight): (&u32, &f32)| row.dot(positions.get(i as usize)) * f64::from(weight);
+        let is_seen = face != u32::MAX;
+        *depth =
+            if is_seen { corners.iter().zip(weights).map(of).sum::<f64>() as f32 } else { 0.0 };
+    });
+    depth
+}
