@@ -10,7 +10,6 @@ use pyo3::prelude::*;
 mod threads;
 mod positions;
 mod polygons;
-mod seen;
 mod visibility;
 mod interpolate;
 mod texture;
@@ -22,7 +21,7 @@ mod _polyscan {
     #[pymodule_export]
     use crate::interpolate::interpolate;
     #[pymodule_export]
-    use crate::picture::render;
+    use crate::picture::{render_file, render_mesh};
     #[pymodule_export]
     use crate::texture::Texture;
     #[pymodule_export]

@@ -2,14 +2,14 @@
 
 use numpy::PyArray1;
 use polyscan::glam::DVec4;
-use polyscan::{ClipSpace, Cull, DepthMode, Viewport, ZBufferRenderer};
+use polyscan::render::{FaceIndices, Product, Visibility, VisibilityRenderer};
+use polyscan::{ClipSpace, Cull, DepthMode, Mesh, Settings, Vertex, Viewport};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::polygons::{PolygonArray, Polygons};
 use crate::positions::{PositionArray, Positions, matrix, not_finite};
-use crate::seen::Visibility;
 use crate::threads::work;
 
 /// How a camera sees.
@@ -32,32 +32,56 @@ pub(crate) struct How {
     /// What is drawn of it: left column, top row, width and height.
     tile: [u32; 4],
     layers: u32,
-    /// What is wanted: depths, barycentrics, derivatives, corners.
-    products: [bool; 4],
+    /// What is wanted: barycentrics, derivatives, corners.
+    products: [bool; 3],
     threads: Option<usize>,
 }
 
 impl How {
-    fn renderer(&self) -> Result<ZBufferRenderer<0>, String> {
+    fn viewport(&self) -> Result<Viewport, String> {
         let [width, height] = self.size;
         let viewport = Viewport::new(width, height).map_err(|error| format!("size: {error}"))?;
         // At most 65536, since the tile is within the picture.
-        let viewport = viewport.with_corner(-(self.tile[0] as i32), -(self.tile[1] as i32));
-        let mut renderer = ZBufferRenderer::new(viewport);
-        let settings = &mut renderer.settings;
-        if self.is_opengl {
-            settings.clip_space = ClipSpace::MinusOneToOne;
-        }
-        if self.is_reversed {
-            settings.depth = DepthMode::Reversed;
-        }
-        settings.cull = match self.cull {
-            0 => Cull::None,
-            1.. => Cull::Front,
-            _ => Cull::Back,
-        };
-        Ok(renderer)
+        Ok(viewport.with_corner(-(self.tile[0] as i32), -(self.tile[1] as i32)))
     }
+
+    /// What has to be found for what is wanted.
+    fn found(&self) -> Vec<Product> {
+        let [has_barycentrics, has_derivatives, has_corners] = self.products;
+        let is_parallel = self.depth_per_w.is_none();
+        let mut found = Vec::new();
+        let mut add = |product, is_needed| {
+            if is_needed {
+                found.push(product);
+            }
+        };
+        add(Product::W, !is_parallel);
+        // Without w depths are those of the corners, by their weights.
+        add(Product::Barycentrics, has_barycentrics || is_parallel);
+        add(Product::Derivatives, has_derivatives);
+        add(Product::Corners, has_corners || is_parallel);
+        found
+    }
+}
+
+/// Brings the conventions of a camera to a renderer.
+pub(crate) fn set<const N: usize>(
+    settings: &mut Settings<N>,
+    is_opengl: bool,
+    is_reversed: bool,
+    cull: i8,
+) {
+    if is_opengl {
+        settings.clip_space = ClipSpace::MinusOneToOne;
+    }
+    if is_reversed {
+        settings.depth = DepthMode::Reversed;
+    }
+    settings.cull = match cull {
+        0 => Cull::None,
+        1.. => Cull::Front,
+        _ => Cull::Back,
+    };
 }
 
 /// Flat arrays of what is seen, row by row, the layers of a pixel one after the other: faces, depths, barycentrics,
@@ -103,42 +127,45 @@ fn see(
     faces: Polygons<'_>,
     how: &How,
 ) -> Result<(Visibility, Vec<f32>), String> {
-    let mut renderer = how.renderer()?;
+    let mut renderer = VisibilityRenderer::new(how.viewport()?);
+    set(&mut renderer.settings, how.is_opengl, how.is_reversed, how.cull);
     let [_, _, width, height] = how.tile;
-    let size = |error| format!("size: {error}");
-    let mut seen = Visibility::new(width, height).map_err(size)?;
-    let clip_from_object = matrix(how.clip_from_object);
-    let vertices = positions.in_clip_space(&clip_from_object).map_err(not_finite)?;
+    let seen = Visibility::with_layers(width, height, how.layers, &how.found());
+    let mut seen = seen.map_err(|error| format!("size: {error}"))?;
+    let vertices = positions.in_clip_space(&matrix(how.clip_from_object)).map_err(not_finite)?;
     match faces {
         Polygons::Alike(indices, 3) => {
-            seen.draw(&mut renderer, &vertices, indices.as_chunks::<3>().0);
+            draw(&mut renderer, &mut seen, &vertices, indices.as_chunks::<3>().0);
         }
         Polygons::Alike(indices, sides) => {
-            seen.draw(&mut renderer, &vertices, indices.chunks_exact(sides.max(1)));
+            draw(&mut renderer, &mut seen, &vertices, indices.chunks_exact(sides.max(1)));
         }
-        Polygons::Ragged(..) => {
-            seen.draw(&mut renderer, &vertices, (0..faces.len()).map(|face| faces.get(face)));
+        Polygons::Ragged(indices, ends) => {
+            let starts = std::iter::once(0).chain(ends.iter().copied());
+            let face = |(start, &end): (u64, &u64)| indices.get(start as usize..end as usize);
+            let faces = starts.zip(ends).map(face).map(Option::unwrap_or_default);
+            draw(&mut renderer, &mut seen, &vertices, faces);
         }
     }
-    drop(vertices);
-    seen.resolve(
-        positions,
-        faces,
-        clip_from_object,
-        [how.tile[0], how.tile[1], how.size[0], how.size[1]],
-    );
+    drop((vertices, renderer));
     let depth = depths(&mut seen, positions, how);
-    let [_, wants_barycentrics, wants_derivatives, wants_corners] = how.products;
-    if !wants_barycentrics {
+    let [has_barycentrics, _, has_corners] = how.products;
+    if !has_barycentrics {
         seen.barycentrics = Vec::new();
     }
-    if !wants_derivatives {
-        seen.derivatives = Vec::new();
-    }
-    if !wants_corners {
+    if !has_corners {
         seen.corners = Vec::new();
     }
     Ok((seen, depth))
+}
+
+fn draw<F: IntoIterator<Item: FaceIndices>>(
+    renderer: &mut VisibilityRenderer,
+    seen: &mut Visibility,
+    vertices: &[Vertex<0>],
+    faces: F,
+) {
+    renderer.draw(seen, Mesh::new(vertices, faces));
 }
 
 /// The depths in the camera's unit; 0 where there is no face.
@@ -156,7 +183,7 @@ fn depths(seen: &mut Visibility, positions: Positions<'_>, how: &How) -> Vec<f32
     depth.par_iter_mut().zip(places).for_each(|(depth, ((corners, weights), &face))| {
         let of =
             |(&i, &weight): (&u32, &f32)| row.dot(positions.get(i as usize)) * f64::from(weight);
-        let is_seen = face != u32::MAX;
+        let is_seen = face != Visibility::NO_FACE;
         *depth =
             if is_seen { corners.iter().zip(weights).map(of).sum::<f64>() as f32 } else { 0.0 };
     });

@@ -50,7 +50,7 @@ def test_arrays_with_gaps_and_in_other_orders() -> None:
 
 def test_polygons_are_the_same_in_all_forms() -> None:
     hexagon = [[np.cos(a), np.sin(a), 0] for a in np.linspace(0, 2 * np.pi, 6, endpoint=False)]
-    vertices = np.concatenate([SQUARE - [0, 0, 1], hexagon])
+    vertices = np.concatenate([SQUARE - [0.8, 0, 1], hexagon])
     one = picture(vertices, [[0, 1, 2, 3], [4, 5, 6, 7, 8, 9]])
     two = picture(vertices, Polygons(np.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 9]), [0, 4, 10]))
     for a, b in ((one.face, two.face), (one.depth, two.depth), (one.corners, two.corners)):
@@ -68,7 +68,7 @@ def test_weights_of_polygons_are_of_corners_around_the_pixel(rng: np.random.Gene
     star = np.stack([radius * np.cos(angles), radius * np.sin(angles), 0.3 * radius * np.cos(angles)], axis=-1)
     seen = picture(star, [list(range(10))], size=(200, 150), derivatives=True)
     shown = seen.face == 0
-    assert 0.1 < shown.mean() < 0.6
+    assert 0.05 < shown.mean() < 0.6
     assert np.abs(seen.barycentrics[shown].sum(axis=-1) - 1).max() < 1e-6
     place = polyscan.interpolate(star, seen)
     depth = 3 - place[..., 2]
@@ -225,7 +225,7 @@ def test_anything_is_drawn_or_refused(vertices, faces, size, layers, clip) -> No
         assert not (
             np.isfinite(vertices).all()
             and all(len(face) >= 3 and all(0 <= i < len(vertices) for i in face) for face in faces)
-            and np.ndim(faces) == 2
+            and (isinstance(faces, list) or faces.shape[1] >= 3)
         ), error
         return
     assert np.isfinite(vertices).all()
@@ -244,4 +244,5 @@ def test_nonsense_is_a_value_error(nonsense) -> None:
         try:
             picture(**{name: nonsense})
         except ValueError as error:
-            assert str(error).startswith(name), error
+            # With other vertices the faces may refer to what is not there.
+            assert str(error).startswith((name, "faces") if name == "vertices" else name), error

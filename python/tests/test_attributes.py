@@ -10,21 +10,18 @@ import polyscan
 from polyscan import Camera, Texture
 
 
-def plane(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, Camera]:
-    """A large plane before a camera, seen at a slant."""
-    pose = np.eye(4)
-    pose[:3, 3] = 0, 0.4, 2
-    turn = np.array([[1, 0, 0], [0, 0.25, -0.97], [0, 0.97, 0.25]])
-    grid = np.stack(np.meshgrid(np.linspace(-3, 3, 9), np.linspace(-1, 9, 7), indexing="ij"), -1).reshape(-1, 2)
-    vertices = np.concatenate([grid, np.zeros((63, 1))], axis=1) @ turn.T
+def floor() -> tuple[np.ndarray, np.ndarray, Camera]:
+    """A floor that goes to the horizon: vertices, faces, camera."""
+    grid = np.stack(np.meshgrid(np.linspace(-20, 20, 9), np.linspace(0.4, 24, 7), indexing="ij"), -1).reshape(-1, 2)
+    vertices = np.stack([grid[:, 0], np.full(63, 0.8), grid[:, 1]], axis=1)
     index = np.arange(63).reshape(9, 7)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1).reshape(-1, 4)
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    return vertices, faces, Camera.perspective(60, pose)
+    return vertices, faces, Camera.perspective(60)
 
 
 def test_what_is_linear_in_space_is_so_at_pixels(rng: np.random.Generator) -> None:
-    vertices, faces, camera = plane(rng)
+    vertices, faces, camera = floor()
     seen = polyscan.rasterize(vertices, faces, camera, (320, 240), derivatives=True)
     matrix = rng.normal(size=(3, 5))
     values = vertices @ matrix + rng.normal(size=5)
@@ -35,10 +32,12 @@ def test_what_is_linear_in_space_is_so_at_pixels(rng: np.random.Generator) -> No
     assert np.abs(got - (place @ matrix + values[0] - vertices[0] @ matrix))[shown].max() < 1e-5 * np.abs(values).max()
     assert (got[~shown] == -7).all()
     # Places are where the pixels' centres see them.
-    clip = np.concatenate([place, np.ones_like(place[..., :1])], axis=-1) @ camera.matrix(320, 240).T
-    x, y = (clip[..., 0] / clip[..., 3] + 1) * 160, (1 - clip[..., 1] / clip[..., 3]) * 120
-    u, v = np.meshgrid(np.arange(320) + 0.5, np.arange(240) + 0.5)
-    assert np.abs(x - u)[shown].max() < 0.02 and np.abs(y - v)[shown].max() < 0.02
+    clip = np.concatenate([place, np.ones_like(place[..., :1])], axis=-1)[shown] @ camera.matrix(320, 240).T
+    x, y = (clip[:, 0] / clip[:, 3] + 1) * 160, (1 - clip[:, 1] / clip[:, 3]) * 120
+    v, u = np.nonzero(shown)
+    error = np.maximum(np.abs(x - u - 0.5), np.abs(y - v - 0.5))
+    # Weights within the face, where its rounded edge passes by a centre on the other side: the flatter, the farther.
+    assert np.quantile(error, 0.98) < 1e-4 and error.max() < 0.05
     # Derivatives against those of the plane of depth: differences of neighbours on one and the same plane.
     slope = polyscan.interpolate(vertices[:, 0], seen, derivatives=True)
     assert slope.shape == (240, 320, 2)
@@ -139,17 +138,16 @@ def test_pictures_are_srgb_unless_told_otherwise() -> None:
 
 
 @pytest.mark.parametrize("mip_filter", ["nearest", "linear", "anisotropic", "ewa"])
-def test_a_fine_checkerboard_far_away_is_grey(rng: np.random.Generator, mip_filter: str) -> None:
-    vertices, faces, camera = plane(rng)
+def test_a_fine_checkerboard_far_away_is_grey(mip_filter: str) -> None:
+    vertices, faces, camera = floor()
     seen = polyscan.rasterize(vertices, faces, camera, (160, 120), derivatives=True)
-    uv = vertices @ np.linalg.pinv(np.array([[1, 0, 0], [0, 0.25, -0.97], [0, 0.97, 0.25]])).T
-    uv = 40 * uv[:, :2]
+    uv = vertices[:, [0, 2]]
     board = (np.add.outer(np.arange(64), np.arange(64)) % 2).astype(np.float32)
     at, sides = polyscan.interpolate(uv, seen), polyscan.interpolate(uv, seen, derivatives=True)
     texture = Texture(board, mip_filter=mip_filter)
     got = texture.sample(at, sides)[..., 0]
     far = (seen.face >= 0) & (np.abs(sides).max(axis=(-1, -2)) * 64 > 40)
-    assert far.mean() > 0.1
+    assert far.mean() > 0.05
     assert np.abs(got[far] - 0.5).max() < 0.02
     assert np.array_equal(polyscan.texture(texture, at, sides, threads=1), texture.sample(at, sides, threads=2))
     aliased = polyscan.texture(board, at, sides, mip_filter="off")[..., 0]

@@ -60,7 +60,7 @@ def test_depth_is_that_of_the_plane_in_metres(rng: np.random.Generator) -> None:
         down = np.cross(normal, right)
         centre = np.array([0, 0, distance / abs(normal[2])])
         corners = [centre + 6 * (a * right + b * down) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        seen = polyscan.rasterize(np.array(corners), [[0, 1, 2], [0, 2, 3]], Camera.opencv(K), (WIDTH, HEIGHT))
+        seen = polyscan.rasterize(np.array(corners), [[0, 1, 2, 3]], Camera.opencv(K), (WIDTH, HEIGHT))
         u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
         rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(K).T
         want = (normal @ centre) / (rays @ normal)

@@ -88,7 +88,6 @@ def test_faces_that_reach_behind_the_eye_are_cut_where_they_should_be(rng: np.ra
         clip = oracle.to_clip(vertices, camera.matrix(*size))
         z, w, weights = oracle.planes(clip, faces, *size)
         is_inside = (weights >= 0).all(axis=-1) & (w >= 0.5)
-        _, _, wide = oracle.planes(clip, faces, size[0] * 3, size[1] * 3)
         # How far edges are, by how fast weights change from pixel to pixel.
         slopes = [np.abs(np.gradient(part, axis=axis)) for part in (weights, w[..., None] / 0.5) for axis in (1, 2)]
         near = [np.abs(weights) < (slopes[0] + slopes[1]) / 16, np.abs(w[..., None] / 0.5 - 1) < (slopes[2] + slopes[3]) / 16]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import pathlib
 import resource
 import threading
 import time
@@ -33,10 +34,8 @@ def test_any_number_of_threads_gives_the_same_bits() -> None:
 
 def test_threads_are_as_many_as_are_asked_for() -> None:
     def count() -> int:
-        return sum(1 for name in threads_of_process() if name.startswith("polyscan"))
-
-    def threads_of_process() -> list[str]:
-        return [open(f"/proc/self/task/{task}/comm").read() for task in os.listdir("/proc/self/task")]
+        tasks = pathlib.Path("/proc/self/task")
+        return sum((task / "comm").read_text().startswith("polyscan") for task in tasks.iterdir())
 
     if not os.path.isdir("/proc/self/task"):
         pytest.skip("only where threads can be listed")

@@ -1,7 +1,7 @@
 """Exact polygon rasterization on the CPU.
 
 `rasterize` finds the face, the depth and the barycentrics that are seen at each pixel; `interpolate` and `texture` make
-pictures of them. Cameras are `Camera`s: OpenCV's, perspective, orthographic, or any projection matrix.
+pictures of them; `render` draws whole models. Cameras are `Camera`s: OpenCV's, perspective, orthographic, or any projection matrix.
 
 Pictures have their first row at the top, and pixel (i, j) is sampled at its centre, (i + 0.5, j + 0.5). Nothing is
 global: threads are set by each call, and a process may fork.
@@ -9,6 +9,7 @@ global: threads are set by each call, and a process may fork.
 
 from ._arguments import Polygons
 from ._camera import Camera, look_at, opengl_pose
+from ._picture import render
 from ._rasterize import Seen, interpolate, rasterize
 from ._texture import Texture, texture
 
@@ -23,5 +24,6 @@ __all__ = [
     "look_at",
     "opengl_pose",
     "rasterize",
+    "render",
     "texture",
 ]

@@ -192,6 +192,8 @@ def ragged(value: Any, count: int, name: str) -> Faces:
         raise ValueError(f"{name} must be an array of whole numbers, or lists of them") from None
     if any(bad):
         raise ValueError(f"{name}[{bad.index(True)}] must be a list of whole numbers")
+    if not rows:
+        raise ValueError(f"{name} must be an array of whole numbers, or lists of them")
     offsets = np.cumsum([0] + [len(row) for row in rows])
     return polygons(Polygons(np.concatenate(rows), offsets), count, name)
 

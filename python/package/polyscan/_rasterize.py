@@ -86,7 +86,7 @@ def rasterize(
         "size": [width, height],
         "tile": list(window),
         "layers": arguments.whole("layers", layers, 1, 64),
-        "products": [True, bool(barycentrics), bool(derivatives), not checked.are_triangles],
+        "products": [bool(barycentrics), bool(derivatives), not checked.are_triangles],
         "threads": arguments.threads(threads),
     }
     count = max(len(views), len(shapes)) if is_batch else 1
@@ -115,7 +115,7 @@ def _joined(
             return np.stack(joined) if joined else np.empty((0, *picture, *tail), np.float32)
         return seen[0][place].reshape(picture + tail)
 
-    _, has_barycentrics, has_derivatives, has_corners = products
+    has_barycentrics, has_derivatives, has_corners = products
     return Seen(
         array(0, ()),
         array(1, ()),
