@@ -43,7 +43,8 @@ def test_what_is_linear_in_space_is_so_at_pixels(rng: np.random.Generator) -> No
     assert slope.shape == (240, 320, 2)
     inner = shown[:, :-2] & shown[:, 1:-1] & shown[:, 2:]
     centred = (place[:, 2:, 0] - place[:, :-2, 0]) / 2
-    assert np.abs(slope[:, 1:-1, 0] - centred)[inner].max() < 2e-3 * np.abs(centred[inner]).max()
+    error = np.abs(slope[:, 1:-1, 0] - centred)[inner] / np.abs(centred[inner])
+    assert np.quantile(error, 0.98) < 1e-4 and error.max() < 0.05
 
 
 def test_attributes_may_have_corners_of_their_own() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _arguments as arguments
+from ._lens import Lens
 
 class View(NamedTuple):
     """What a camera is for pictures of one size."""
@@ -23,6 +24,21 @@ class View(NamedTuple):
     is_opengl: bool
     #: Whether greater z/w are nearer.
     is_reversed: bool
+    #: What bends straight lines, if anything does.
+    bend: Bend | None = None
+
+
+class Bend(NamedTuple):
+    """A lens, and the pinhole behind it."""
+
+    lens: Lens
+    #: (4, 4) from object space to the camera's.
+    pose: np.ndarray
+    #: (4, 4) from the camera's space to clip space.
+    projection: np.ndarray
+    #: (2, 3) from x/z and y/z to pixels, from the picture's outer edges.
+    inner: np.ndarray
+    near: float
 
 
 class Seeing(Protocol):
@@ -39,6 +55,8 @@ class Pinhole:
     center: float
     pose: np.ndarray
     z_row: list[float]
+    near: float
+    lens: Lens | None
 
     def view(self, width: int, height: int) -> View:
         scale_x, scale_y = 2 / width, 2 / height
@@ -47,7 +65,12 @@ class Pinhole:
         x[2] += scale_x * (0.5 - self.center) - 1
         y[2] += 1 - scale_y * (0.5 - self.center)
         projection = np.array([[*x, 0], [*y, 0], self.z_row, [0, 0, 1, 0]])
-        return View(projection @ self.pose, self.pose[2], 1.0, False, True)
+        bend = None
+        if self.lens is not None:
+            inner = self.K[:2].copy()
+            inner[:, 2] += 0.5 - self.center
+            bend = Bend(self.lens, self.pose, projection, inner, self.near)
+        return View(projection @ self.pose, self.pose[2], 1.0, False, True, bend)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +137,9 @@ class Camera:
         K: npt.ArrayLike,
         pose: npt.ArrayLike | None = None,
         *,
+        distortion: npt.ArrayLike | None = None,
+        fisheye: bool = False,
+        lens_error: float = 0.1,
         near: float = 1e-3,
         far: float = np.inf,
         pixel_center: float = 0.0,
@@ -127,6 +153,10 @@ class Camera:
 
         K: (3, 3): fx, skew, cx; 0, fy, cy; 0, 0, 1, in pixels.
         pose: (4, 4) or (3, 4), from object space to the camera's; the identity if left out.
+        distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of Brown and Conrady's lens, or with
+            `fisheye` (k1, k2, k3, k4) of Kannala and Brandt's. K is that of the distorted picture. Where the lens shows
+            nothing, because farther out would be farther in, there is nothing; nor is there beyond 89 degrees.
+        lens_error: how many pixels what is seen may be from where the lens shows it: triangles are cut until it is less.
         near, far: distances ahead, in the unit of object space, between which things are seen. The precision of depth
             does not depend on them.
         """
@@ -136,8 +166,10 @@ class Camera:
                 f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] with focal lengths above 0, not {K.tolist()}"
             )
         center = arguments.number("pixel_center", pixel_center)
-        seeing = Pinhole(K, center, _pose(pose), _z_row(near, far))
-        return cls(seeing)
+        if distortion is None and fisheye:
+            raise ValueError("distortion is needed for a fisheye: four zeros are an equidistant one")
+        lens = None if distortion is None else Lens.of(distortion, bool(fisheye), lens_error)
+        return cls(Pinhole(K, center, _pose(pose), _z_row(near, far), float(near), lens))
 
     @classmethod
     def perspective(

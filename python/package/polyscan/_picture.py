@@ -58,6 +58,8 @@ def render(
         if not isinstance(camera, Camera):
             raise ValueError(f"camera must be a Camera, not {type(camera).__name__}")
         seen = camera.view(width, height)
+        if seen.bend is not None:
+            raise ValueError("camera must have no distortion here: rasterize with it")
         view = (seen.clip_from_object.tolist(), seen.is_opengl, seen.is_reversed)
     how = {
         "size": [width, height],

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _polyscan
 from ._arguments import Faces, Polygons
-from ._camera import Camera
+from ._camera import Bend, Camera, View
 
 #: Faces as arrays (m, 3) or (m, k), as lists of lists, or as `Polygons`.
 FacesLike = npt.ArrayLike | Polygons | Sequence[Sequence[int]]
@@ -93,17 +93,56 @@ def rasterize(
     seen = []
     for i in range(count):
         view = views[i if len(views) > 1 else 0]
-        of_view = {
-            "clip_from_object": view.clip_from_object.tolist(),
-            "depth_row": view.depth_row.tolist(),
-            "depth_per_w": view.depth_per_w,
-            "is_opengl": view.is_opengl,
-            "is_reversed": view.is_reversed,
-        }
         shape = shapes[i if len(shapes) > 1 else 0]
-        seen.append(_polyscan.rasterize(shape, (checked.indices, checked.ends), how | of_view))
+        if view.bend is None:
+            seen.append(_one(shape, checked, view, how))
+        else:
+            seen.append(_bent(shape, checked, view.bend, how))
     picture = (window[3], window[2]) + ((layers,) if layers > 1 else ())
     return _joined(seen, picture, how["products"], checked, is_batch)
+
+
+def _one(points: np.ndarray, faces: Faces, view: View, how: dict[str, Any]) -> tuple[np.ndarray, ...]:
+    """One picture: flat arrays of faces, depths, barycentrics, derivatives and corners."""
+    of_view = {
+        "clip_from_object": view.clip_from_object.tolist(),
+        "depth_row": view.depth_row.tolist(),
+        "depth_per_w": view.depth_per_w,
+        "is_opengl": view.is_opengl,
+        "is_reversed": view.is_reversed,
+    }
+    return _polyscan.rasterize(points, (faces.indices, faces.ends), how | of_view)
+
+
+def _bent(points: np.ndarray, faces: Faces, bend: Bend, how: dict[str, Any]) -> tuple[np.ndarray, ...]:
+    """One picture through a lens: of parts of triangles, said of the triangles."""
+    if not faces.are_triangles:
+        raise ValueError("faces must be triangles for a camera with distortion")
+    if points.shape[1] != 3:
+        raise ValueError("vertices must have the shape (n, 3) for a camera with distortion")
+    wrong = ~np.isfinite(points).all(axis=1)
+    if wrong.any():
+        raise ValueError(f"vertices[{np.argmax(wrong)}] is not finite")
+    width, height = how["size"]
+    in_camera = points @ bend.pose[:3, :3].T + bend.pose[:3, 3]
+    parts = bend.lens.parts(in_camera, faces.indices, bend.inner, bend.near, (width, height))
+    view = View(bend.projection, np.array([0.0, 0.0, 1.0, 0.0]), 1.0, False, True)
+    cut = Faces(np.ascontiguousarray(parts.faces, np.uint32), None)
+    part, depth, weights, slopes, corners = _one(np.ascontiguousarray(parts.vertices), cut, view, how)
+    left, top, wide, high = how["tile"]
+    x, y = np.meshgrid(np.arange(wide) + left + 0.5, np.arange(high) + top + 0.5)
+    place = (np.stack([x, y], axis=-1) - bend.inner[:, 2]) @ np.linalg.inv(bend.inner[:, :2]).T
+    shown = np.repeat(bend.lens.shows(place).reshape(-1), how["layers"]) & (part >= 0)
+    number = np.where(shown, part, 0)
+    if len(parts.parent) == 0:
+        return part, depth, weights, slopes, corners
+    face = np.where(shown, parts.parent[number], -1).astype(np.int32)
+    of_corners = parts.weights[number].astype(np.float32) * shown[:, None, None]
+    if weights.size:
+        weights = np.einsum("ni,nij->nj", weights.reshape(-1, 3), of_corners).reshape(-1)
+    if slopes.size:
+        slopes = np.einsum("nik,nij->njk", slopes.reshape(-1, 3, 2), of_corners).reshape(-1)
+    return face, np.where(shown, depth, 0).astype(np.float32), weights, slopes, corners
 
 
 def _joined(
