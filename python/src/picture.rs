@@ -10,7 +10,7 @@ use polyscan::model::Face;
 use polyscan::render::Over;
 use polyscan::texture::MipFilter;
 use polyscan::{
-    Fragment, Framebuffer, Mesh, Model, ScanlineRenderer, Vertex, ZBufferRenderer, record,
+    Fragment, Framebuffer, Mesh, Model, ScanlineRenderer, Vertex, Viewport, ZBufferRenderer, record,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -36,6 +36,8 @@ const N: usize = Surface::LEN;
 #[pyo3(from_item_all)]
 pub(crate) struct How {
     size: [u32; 2],
+    /// What is drawn of it: left column, top row, width and height.
+    tile: [u32; 4],
     /// A pixel has so many samples in x, and in y.
     samples: u32,
     /// Linear light, premultiplied by alpha.
@@ -191,8 +193,12 @@ fn picture(loaded: Loaded, how: &How) -> Result<(Vec<u8>, Vec<String>), String> 
     let view = how.view(&model, format);
     let size = |error: polyscan::SizeError| format!("size: {error}");
     let [width, height] = how.size.map(|side| side * how.samples);
-    let mut frame = Framebuffer::new(width, height, how.background.into()).map_err(size)?;
-    Scene::new(&model, &view).draw(&mut frame, how);
+    let [left, top, wide, high] = how.tile.map(|side| side * how.samples);
+    let viewport = Viewport::new(width, height).map_err(size)?;
+    // At most 65536, since the tile is within the picture.
+    let viewport = viewport.with_corner(-(left as i32), -(top as i32));
+    let mut frame = Framebuffer::new(wide, high, how.background.into()).map_err(size)?;
+    Scene::new(&model, &view).draw(&mut frame, viewport, how);
     let frame = frame.downsampled(how.samples).map_err(size)?;
     Ok((frame.color().iter().flat_map(|color| color.to_srgb8()).collect(), warnings))
 }
@@ -227,7 +233,7 @@ impl<'a> Scene<'a> {
         Over((color.truncate() * light).extend(color.w))
     }
 
-    fn draw(&self, frame: &mut Framebuffer<Vec4>, how: &How) {
+    fn draw(&self, frame: &mut Framebuffer<Vec4>, viewport: Viewport, how: &How) {
         let (_, is_opengl, is_reversed) = how.camera.unwrap_or_default();
         let mesh = Mesh::new(&self.vertices, &self.faces);
         let background = Vec4::from(how.background);
@@ -237,12 +243,12 @@ impl<'a> Scene<'a> {
                 self.model.materials[self.faces[face as usize].material].is_transparent()
             };
             let mesh = mesh.with_transparent(&is_transparent);
-            let mut renderer = ScanlineRenderer::new(frame.viewport());
+            let mut renderer = ScanlineRenderer::new(viewport);
             set(&mut renderer.settings, is_opengl, is_reversed, 0);
             renderer.clear(frame, background);
             renderer.draw(frame, mesh, |fragment| self.shade(fragment));
         } else {
-            let mut renderer = ZBufferRenderer::new(frame.viewport());
+            let mut renderer = ZBufferRenderer::new(viewport);
             set(&mut renderer.settings, is_opengl, is_reversed, 0);
             renderer.clear(frame, background);
             renderer.draw(frame, mesh, |fragment| self.shade(fragment));

@@ -118,6 +118,13 @@ def test_arrays_objects_and_colors() -> None:
     assert np.array_equal(polyscan.render(ball, size=(60, 60)), plain)
 
 
+def test_tiles_join_to_the_bit(cube: pathlib.Path) -> None:
+    whole = polyscan.render(cube, size=(61, 47))
+    for left, top, width, height in ((0, 0, 30, 47), (30, 0, 31, 47), (7, 13, 1, 1), (0, 46, 61, 1)):
+        part = polyscan.render(cube, size=(61, 47), tile=(left, top, width, height))
+        assert np.array_equal(part, whole[top : top + height, left : left + width])
+
+
 def test_polygons_of_arrays(cube: pathlib.Path) -> None:
     vertices = np.array([[float(n) for n in line.split()[1:]] for line in OBJ.splitlines() if line.startswith("v ")])
     quads = [[int(n) - 1 for n in line.split()[1:]] for line in OBJ.splitlines() if line.startswith("f ")]

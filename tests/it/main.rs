@@ -31,6 +31,7 @@ mod painter;
 mod three_renderers;
 mod front;
 mod visibility;
+mod same_in_python;
 mod blending;
 
 mod texture;

@@ -31,7 +31,7 @@ class Faces(NamedTuple):
     ends: np.ndarray | None
 
     @property
-    def count(self) -> int:
+    def total(self) -> int:
         return len(self.indices) if self.ends is None else len(self.ends)
 
     @property

@@ -29,6 +29,7 @@ def render(
     field_of_view: float = 34.0,
     up: npt.ArrayLike | None = None,
     crease: float = 60.0,
+    tile: tuple[int, int, int, int] | None = None,
     threads: int | None = None,
 ) -> npt.NDArray[np.uint8]:
     """A picture of a model: framed, lit from both sides, antialiased, on a transparent background.
@@ -45,6 +46,7 @@ def render(
     field_of_view: the vertical angle of view, in degrees.
     up: the axis that is up: z for STL files, else y.
     crease: computed normals are smooth where faces meet at less, in degrees.
+    tile: left column, top row, width and height of a part of the picture, which is the same to the bit as there.
     threads: how many take part; as many as there are processors if left out.
 
     Returns (height, width, 4) u8: sRGB with straight alpha. What a file lacks is a `UserWarning`.
@@ -53,6 +55,7 @@ def render(
     samples = arguments.whole("samples", samples, 1, 8)
     if max(width, height) * samples > arguments.MAX_SIZE:
         raise ValueError(f"size times samples may be {arguments.MAX_SIZE} at most on each side: choose fewer samples")
+    window = arguments.tile(tile, width, height)
     view = None
     if camera is not None:
         if not isinstance(camera, Camera):
@@ -63,6 +66,7 @@ def render(
         view = (seen.clip_from_object.tolist(), seen.is_opengl, seen.is_reversed)
     how = {
         "size": [width, height],
+        "tile": list(window),
         "samples": samples,
         "background": _background(background),
         "crease": float(np.radians(arguments.number("crease", crease, 0, 180))),
@@ -88,7 +92,7 @@ def render(
         pixels, notes = _polyscan.render_mesh(points, (checked.indices, checked.ends), codes, how)
     for note in notes:
         warnings.warn(note, stacklevel=2)
-    return pixels.reshape(height, width, 4)
+    return pixels.reshape(window[3], window[2], 4)
 
 
 def _parts(model: Any, colors: Any) -> tuple[Any, Any, Any]:
@@ -96,7 +100,7 @@ def _parts(model: Any, colors: Any) -> tuple[Any, Any, Any]:
     if not (hasattr(model, "vertices") and hasattr(model, "faces")):
         raise ValueError("model must be a path, an object with vertices and faces, or vertices with `faces` beside them")
     visual = getattr(model, "visual", None)
-    if colors is None and getattr(visual, "kind", None) == "vertex":
+    if colors is None and visual is not None and getattr(visual, "kind", None) == "vertex":
         colors = visual.vertex_colors
     return model.vertices, model.faces, colors
 

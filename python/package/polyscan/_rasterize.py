@@ -220,8 +220,8 @@ def interpolate(
         raise ValueError("faces may be given only where all are triangles")
     if faces is not None:
         own = arguments.faces(faces, values.shape[-2])
-        if not own.are_triangles or own.count != seen.faces.count:
-            raise ValueError(f"faces must be as many triangles as were drawn, ({seen.faces.count}, 3)")
+        if not own.are_triangles or own.total != seen.faces.total:
+            raise ValueError(f"faces must be as many triangles as were drawn, ({seen.faces.total}, 3)")
         corners = own.indices
     elif seen.corners is not None:
         corners = seen.corners.reshape(-1, 3)

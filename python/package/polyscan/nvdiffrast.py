@@ -57,13 +57,13 @@ def rasterize(
     if ranges is None:
         if points.ndim != 3 or points.shape[2] != 4:
             raise ValueError(f"pos must have the shape (b, n, 4), or (n, 4) with ranges, not {points.shape}")
-        parts = [(shape, 0, faces.count) for shape in points]
+        parts = [(shape, 0, faces.total) for shape in points]
     else:
         bounds = arguments.array("ranges", ranges).astype(np.int64)
         if points.ndim != 2 or points.shape[1] != 4 or bounds.ndim != 2 or bounds.shape[1] != 2:
             raise ValueError("ranges must have the shape (b, 2), and pos (n, 4)")
-        if bounds.size and (bounds.min() < 0 or bounds.sum(axis=1).max() > faces.count):
-            raise ValueError(f"ranges must lie within the {faces.count} triangles")
+        if bounds.size and (bounds.min() < 0 or bounds.sum(axis=1).max() > faces.total):
+            raise ValueError(f"ranges must lie within the {faces.total} triangles")
         parts = [(points, int(start), int(start + count)) for start, count in bounds]
     rast = np.zeros((len(parts), height, width, 4), np.float32)
     rast_db = np.zeros((len(parts), height, width, 4 if grad_db else 0), np.float32)
