@@ -3,8 +3,9 @@
     python compare.py            # the table, for README.md
     python compare.py --quick    # the small mesh and picture alone
 
-Each measurement is a process of its own. `embreex` and `pyrender` take part if they can be imported; pyrender draws by Mesa's
-llvmpipe through EGL, unless `PYOPENGL_PLATFORM` says `osmesa`. Where `PYRENDER_PYTHON` names another interpreter, pyrender is asked there.
+Each measurement is a process of its own. `embreex` and `pyrender` take part if they can be imported; pyrender draws by
+Mesa's llvmpipe through EGL, unless `PYOPENGL_PLATFORM` says `osmesa`. Where `PYRENDER_PYTHON` names another interpreter,
+pyrender is asked there.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import argparse
 import json
 import os
 import pathlib
-import resource
+import re
 import subprocess
 import sys
 import tempfile
@@ -122,10 +123,18 @@ TOOLS = {
 }
 
 
+def resident(name: str) -> int:
+    """Memory in kB, by its name in Linux's status of a process."""
+    status = pathlib.Path("/proc/self/status").read_text()
+    return int(re.search(rf"^{name}:\s+(\d+) kB$", status, re.MULTILINE)[1])
+
+
 def measure(tool: str, mesh: str, size: tuple[int, int], out: str) -> None:
     """In a process of its own: prints what it took, and keeps what was seen."""
     vertices, faces = ball(MESHES[mesh])
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    # From now on the peak counts, not that of making the mesh.
+    pathlib.Path("/proc/self/clear_refs").write_text("5")
+    before = resident("VmRSS")
     start = time.process_time()
     made = TOOLS[tool](vertices, faces, size)
     prepared = time.process_time() - start
@@ -135,7 +144,7 @@ def measure(tool: str, mesh: str, size: tuple[int, int], out: str) -> None:
         face, depth = made.draw()
         times.append(time.process_time() - start)
         clocks.append(time.monotonic() - clock)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    memory = resident("VmHWM") - before
     np.savez(out, depth=depth, **({} if face is None else {"face": face}))
     print(json.dumps({"prepare": prepared, "cpu": min(times), "clock": min(clocks), "memory": memory / 1024}))
 

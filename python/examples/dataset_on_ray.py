@@ -16,8 +16,9 @@ import pathlib
 import tempfile
 
 import numpy as np
-import polyscan
 import ray
+
+import polyscan
 
 SIZE = (640, 480)
 K = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])

@@ -40,9 +40,7 @@ def planes(clip: np.ndarray, faces: np.ndarray, width: int, height: int) -> tupl
     corners = clip[faces]
     # b (x, y, w) = s (X, Y, 1), and the sum of b is 1.
     columns = corners[:, :, [0, 1, 3]].transpose(0, 2, 1)
-    adjugate = np.stack(
-        [np.cross(columns[:, :, j], columns[:, :, k]) for j, k in ((1, 2), (2, 0), (0, 1))], axis=1
-    )
+    adjugate = np.stack([np.cross(columns[:, :, j], columns[:, :, k]) for j, k in ((1, 2), (2, 0), (0, 1))], axis=1)
     areas = np.einsum("mij,hwj->mhwi", adjugate, pixel)
     with np.errstate(all="ignore"):
         weights = areas / areas.sum(axis=-1, keepdims=True)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import sphere
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_np
 
 import polyscan
+from conftest import sphere
 from polyscan import Camera, Polygons
 
 SIZE = (24, 16)
@@ -208,8 +208,9 @@ NUMBERS = st.one_of(
         st.sampled_from(["f4", "f8"]), st.tuples(st.integers(0, 9), st.sampled_from([3, 4])), elements=NUMBERS
     ),
     faces=st.one_of(
-        st_np.arrays(st.sampled_from(["i4", "u4", "i8"]), st.tuples(st.integers(0, 6), st.integers(2, 5)),
-                     elements=st.integers(0, 9)),
+        st_np.arrays(
+            st.sampled_from(["i4", "u4", "i8"]), st.tuples(st.integers(0, 6), st.integers(2, 5)), elements=st.integers(0, 9)
+        ),
         st.lists(st.lists(st.integers(-1, 9), min_size=2, max_size=6), max_size=5),
     ),
     size=st.tuples(st.integers(1, 40), st.integers(1, 40)),
@@ -237,8 +238,12 @@ def test_anything_is_drawn_or_refused(vertices, faces, size, layers, clip) -> No
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(max_size=3) | st.integers(),
-                    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner, max_size=2)))
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats() | st.text(max_size=3) | st.integers(),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner, max_size=2),
+    )
+)
 def test_nonsense_is_a_value_error(nonsense) -> None:
     for name in ("vertices", "faces", "size", "tile", "layers", "threads", "cull"):
         try:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import rotation, sphere
 
 import polyscan
+from conftest import rotation, sphere
 from polyscan import Camera, Texture
 
 

@@ -6,9 +6,9 @@ import pickle
 
 import numpy as np
 import pytest
-from conftest import rotation
 
 import polyscan
+from conftest import rotation
 from polyscan import Camera
 
 WIDTH, HEIGHT = 640, 480
@@ -107,9 +107,7 @@ def test_projection_matrices_of_all_conventions_see_the_same(rng: np.random.Gene
     for kind in ("zero_to_one", "minus_one_to_one", "reversed"):
         matrix = frustum(0.5, 20, 0.5, kind)
         is_reversed = kind == "reversed"
-        camera = Camera.projection(
-            matrix, depth_range="zero_to_one" if is_reversed else kind, reversed_depth=is_reversed
-        )
+        camera = Camera.projection(matrix, depth_range="zero_to_one" if is_reversed else kind, reversed_depth=is_reversed)
         seen = polyscan.rasterize(vertices, faces, camera, (160, 160))
         # Other roundings of the same depths may turn over what ties.
         assert (seen.face != want.face).mean() < 1e-3, kind
@@ -117,9 +115,7 @@ def test_projection_matrices_of_all_conventions_see_the_same(rng: np.random.Gene
         assert np.allclose(seen.depth[same], want.depth[same], rtol=1e-5), kind
         # The same vertices in clip space.
         clip = np.concatenate([vertices, np.ones((60, 1))], axis=1) @ matrix.T
-        camera = Camera.clip_space(
-            depth_range="zero_to_one" if is_reversed else kind, reversed_depth=is_reversed
-        )
+        camera = Camera.clip_space(depth_range="zero_to_one" if is_reversed else kind, reversed_depth=is_reversed)
         assert np.array_equal(polyscan.rasterize(clip, faces, camera, (160, 160)).face, seen.face)
 
 

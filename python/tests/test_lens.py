@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import sphere
 
 import polyscan
+from conftest import sphere
 from polyscan import Camera
 
 SIZE = (320, 240)

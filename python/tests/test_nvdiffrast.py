@@ -27,7 +27,7 @@ def test_what_is_stored_leads_back_to_the_pixel(scene: tuple[np.ndarray, np.ndar
     # Row 0 is at the bottom, Y = -1.
     x, y = np.meshgrid((np.arange(WIDTH) + 0.5) * 2 / WIDTH - 1, (np.arange(HEIGHT) + 0.5) * 2 / HEIGHT - 1)
     shown = 0
-    for picture, points in zip(rast, pos.astype(np.float64)):
+    for picture, points in zip(rast, pos.astype(np.float64), strict=True):
         u, v, z, number = np.moveaxis(picture.astype(np.float64), -1, 0)
         seen = number > 0
         corners = points[tri[number[seen].astype(int) - 1]]
@@ -64,7 +64,7 @@ def test_ranges_are_parts_of_the_triangles(scene: tuple[np.ndarray, np.ndarray])
     ranges = np.array([[0, 4], [4, 5], [2, 0]])
     rast, rast_db = dr.rasterize(None, pos[0], tri, [HEIGHT, WIDTH], ranges=ranges, grad_db=False)
     assert rast_db.shape == (3, HEIGHT, WIDTH, 0)
-    for (start, count), picture in zip(ranges, rast):
+    for (start, count), picture in zip(ranges, rast, strict=True):
         numbers = set(np.unique(picture[..., 3])) - {0}
         assert numbers <= set(range(start + 1, start + count + 1))
         alone, _ = dr.rasterize(None, pos[:1], tri[start : start + count], [HEIGHT, WIDTH])

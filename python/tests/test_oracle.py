@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import oracle
 import pytest
-from conftest import rotation
 
+import oracle
 import polyscan
+from conftest import rotation
 
 
 def scene(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, polyscan.Camera, tuple[int, int]]:
@@ -114,7 +114,7 @@ def test_layers_are_all_faces_in_their_order(rng: np.random.Generator, layers: i
         view = camera.view(*size)
         want = oracle.answer(oracle.to_clip(vertices, view.clip_from_object), faces, *size)
         assert np.array_equal((seen.face >= 0).sum(axis=-1), np.minimum(want.covers.sum(axis=0), layers))
-        for y, x in zip(*np.nonzero(seen.face[..., 1] >= 0)):
+        for y, x in zip(*np.nonzero(seen.face[..., 1] >= 0), strict=True):
             shown = [face for face in seen.face[y, x] if face >= 0]
             assert len(set(shown)) == len(shown) and want.covers[shown, y, x].all()
             depth = seen.depth[y, x, : len(shown)]

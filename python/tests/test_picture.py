@@ -8,9 +8,9 @@ import subprocess
 
 import numpy as np
 import pytest
-from conftest import sphere
 
 import polyscan
+from conftest import sphere
 
 OBJ = """mtllib m.mtl
 v -1 -1 -1

@@ -12,9 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from conftest import sphere
 
 import polyscan
+from conftest import sphere
 from polyscan import Camera
 
 VERTICES, FACES = sphere(40)

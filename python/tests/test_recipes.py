@@ -12,6 +12,7 @@ import time
 
 import numpy as np
 import pytest
+
 from conftest import sphere
 
 HERE = pathlib.Path(__file__).parent.parent
@@ -21,10 +22,13 @@ def blocks(name: str) -> list[str]:
     return re.findall(r"^```python\n(.*?)^```$", (HERE / name).read_text(), re.DOTALL | re.MULTILINE)
 
 
-@pytest.mark.parametrize(("name", "files"), [
-    ("README.md", ["cube.png"]),
-    ("RECIPES.md", ["pose_002.npz", "depth.png", "board.png", "height.png", "views.png", "ball.png"]),
-])
+@pytest.mark.parametrize(
+    ("name", "files"),
+    [
+        ("README.md", ["cube.png"]),
+        ("RECIPES.md", ["pose_002.npz", "depth.png", "board.png", "height.png", "views.png", "ball.png"]),
+    ],
+)
 def test_code_runs_as_it_stands(
     name: str, files: list[str], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:

@@ -1,7 +1,8 @@
 """Exact polygon rasterization on the CPU.
 
 `rasterize` finds the face, the depth and the barycentrics that are seen at each pixel; `interpolate` and `texture` make
-pictures of them; `render` draws whole models. Cameras are `Camera`s: OpenCV's, perspective, orthographic, or any projection matrix.
+pictures of them; `render` draws whole models. Cameras are `Camera`s: OpenCV's, perspective, orthographic, or any projection
+matrix.
 
 Pictures have their first row at the top, and pixel (i, j) is sampled at its centre, (i + 0.5, j + 0.5). Nothing is
 global: threads are set by each call, and a process may fork.

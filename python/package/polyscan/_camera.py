@@ -11,6 +11,7 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from ._lens import Lens
 
+
 class View(NamedTuple):
     """What a camera is for pictures of one size."""
 
@@ -162,9 +163,7 @@ class Camera:
         """
         K = arguments.finite("K", K, (3, 3))
         if K[0, 0] <= 0 or K[1, 1] <= 0 or K[1, 0] != 0 or list(K[2]) != [0, 0, 1]:
-            raise ValueError(
-                f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] with focal lengths above 0, not {K.tolist()}"
-            )
+            raise ValueError(f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] with focal lengths above 0, not {K.tolist()}")
         center = arguments.number("pixel_center", pixel_center)
         if distortion is None and fisheye:
             raise ValueError("distortion is needed for a fisheye: four zeros are an equidistant one")
@@ -188,9 +187,7 @@ class Camera:
         return cls(Angle(1 / float(np.tan(np.radians(angle) / 2)), _pose(pose), _z_row(near, far)))
 
     @classmethod
-    def orthographic(
-        cls, width: float, height: float, pose: npt.ArrayLike | None = None, *, near: float, far: float
-    ) -> Camera:
+    def orthographic(cls, width: float, height: float, pose: npt.ArrayLike | None = None, *, near: float, far: float) -> Camera:
         """A parallel projection, as of plans, maps and height fields.
 
         width, height: what the picture shows, in the unit of object space; the camera is in the middle.
@@ -286,9 +283,7 @@ class Camera:
         return self.view(*arguments.size((width, height))).clip_from_object.copy()
 
 
-def look_at(
-    eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0)
-) -> np.ndarray:
+def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0)) -> np.ndarray:
     """The pose (4, 4) of a camera at `eye` that looks at `target`, with `up` upwards in the picture."""
     eye, target = arguments.finite("eye", eye, (3,)), arguments.finite("target", target, (3,))
     ahead = target - eye
@@ -349,4 +344,3 @@ def _upright(up: np.ndarray) -> np.ndarray:
     axis = np.array([up[2], 0.0, -up[0]])
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     return np.eye(3) + cross + cross @ cross / (1 + up[1])
-

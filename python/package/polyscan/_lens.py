@@ -81,9 +81,7 @@ class Lens:
         p1, p2 = self.coefficients[2:4]
         x, y = (points * (near / length)[:, None]).T
         square = x * x + y * y
-        shift = np.stack(
-            [2 * p1 * x * y + p2 * (square + 2 * x * x), p1 * (square + 2 * y * y) + 2 * p2 * x * y], axis=1
-        )
+        shift = np.stack([2 * p1 * x * y + p2 * (square + 2 * x * x), p1 * (square + 2 * y * y) + 2 * p2 * x * y], axis=1)
         return shown + shift
 
     def undistort(self, points: np.ndarray) -> np.ndarray:
@@ -99,9 +97,7 @@ class Lens:
         """Whether the lens shows anything at points (..., 2)."""
         return np.linalg.norm(points, axis=-1) <= self._radius(np.array(self.reach))
 
-    def parts(
-        self, points: np.ndarray, faces: np.ndarray, inner: np.ndarray, near: float, size: tuple[int, int]
-    ) -> Parts:
+    def parts(self, points: np.ndarray, faces: np.ndarray, inner: np.ndarray, near: float, size: tuple[int, int]) -> Parts:
         """Parts of triangles whose points are less than the error from where the lens shows them.
 
         points: (n, 3) f64 in the camera's space; faces: (m, 3); inner: (2, 3), from points of `distort` to pixels.

@@ -213,9 +213,7 @@ def interpolate(
     is_flat = values.ndim == 1
     values = values[:, None] if is_flat else values
     if values.ndim not in (2, 3) or values.ndim == 3 and (seen.face.ndim < 3 or len(values) != len(seen.face)):
-        raise ValueError(
-            f"attributes must have the shape (n, c) or (n,), or (b, n, c) for a batch of b, not {values.shape}"
-        )
+        raise ValueError(f"attributes must have the shape (n, c) or (n,), or (b, n, c) for a batch of b, not {values.shape}")
     if faces is not None and seen.corners is not None:
         raise ValueError("faces may be given only where all are triangles")
     if faces is not None:
@@ -230,7 +228,7 @@ def interpolate(
     if corners.size and corners.max() >= values.shape[-2]:
         raise ValueError(f"attributes are of {values.shape[-2]} vertices, and faces refer to {corners.max()}")
     out = _filled(seen.face.shape + values.shape[-1:] + ((2,) if derivatives else ()), 0 if derivatives else background)
-    parts = zip(values, seen.face, weights, out) if values.ndim == 3 else [(values, seen.face, weights, out)]
+    parts = zip(values, seen.face, weights, out, strict=True) if values.ndim == 3 else [(values, seen.face, weights, out)]
     of_pixels = seen.corners is not None
     for i, (value, face, weight, result) in enumerate(parts):
         own_corners = corners.reshape(len(values), -1, 3)[i] if of_pixels and values.ndim == 3 else corners

@@ -54,9 +54,7 @@ class Texture:
         if pixels.ndim == 2:
             pixels = pixels[..., None]
         if pixels.ndim != 3 or not 1 <= pixels.shape[2] <= 4 or 0 in pixels.shape:
-            raise ValueError(
-                f"picture must have the shape (height, width) or (height, width, 1 to 4), not {pixels.shape}"
-            )
+            raise ValueError(f"picture must have the shape (height, width) or (height, width, 1 to 4), not {pixels.shape}")
         pixels, kind = _stored(pixels, colors)
         names = (wrap, wrap) if isinstance(wrap, str) else tuple(wrap)
         if len(names) != 2:
@@ -67,9 +65,7 @@ class Texture:
         how: dict[str, Any] = {
             "filter": "bicubic" if chosen in _CUBICS else chosen,
             "cubic": _CUBICS.get(chosen, (0.0, 0.0)),
-            "mip_filter": arguments.one_of(
-                "mip_filter", mip_filter, ("off", "nearest", "linear", "anisotropic", "ewa")
-            ),
+            "mip_filter": arguments.one_of("mip_filter", mip_filter, ("off", "nearest", "linear", "anisotropic", "ewa")),
             "most": arguments.whole("most", most, 1, 64),
             "wrap": tuple(arguments.one_of("wrap", name, ("repeat", "clamp", "mirror", "border")) for name in names),
             "border": arguments.finite("border", border, (4,)).tolist(),
