@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release --example obj -- --yaw -40 examples/assets/cottage.obj
 //! cargo run --release --example obj -- --turntable 60 --size 400x300
+//! cargo run --release --example obj -- --wireframe visible
 //! ```
 
 use std::error::Error;
@@ -16,7 +17,11 @@ use polyscan::color::{Color, decode};
 use polyscan::glam::Vec3;
 use polyscan::model::{Face, Model};
 use polyscan::obj::Loader;
-use polyscan::{Cull, Fragment, Framebuffer, Mesh, ScanlineRenderer, ZBufferRenderer};
+use polyscan::render::{Cap, Join};
+use polyscan::{
+    Camera, Cull, DepthBias, Fragment, Framebuffer, Lines, Mesh, ScanlineRenderer, Vertex,
+    ZBufferRenderer,
+};
 
 mod cli;
 mod studio;
@@ -40,6 +45,7 @@ Options:
       --size <SIZE>           Width and height in pixels, up to 16384 each [default: 800x600]
       --turntable <PICTURES>  Write an animated PNG file: a full turn in this many pictures, from 1
                               to 999, that takes four seconds
+      --wireframe <LINES>     Draw the edges of the faces instead, each once: all, or the visible ones
       --cull                  Leave out faces that are seen from behind
       --background <COLOUR>   Background colour, sRGB in hexadecimal [default: d8e2ea]
       --crease <DEGREES>      Computed normals are smooth where faces meet at less than this
@@ -49,6 +55,9 @@ Options:
 
 /// Each pixel is the mean of this many samples in x and in y.
 const SAMPLES: u32 = 2;
+
+/// The colour of lines.
+const INK: Vec3 = Vec3::new(0.02, 0.03, 0.06);
 
 fn main() -> ExitCode {
     cli::run(draw_model)
@@ -90,6 +99,10 @@ fn render(
     let camera = view.turned(model.camera(width as f32 / height as f32));
     let lamp = Lamp::beside(&camera);
 
+    if let Some(wireframe) = options.wireframe {
+        draw_wireframe(&mut frame, model, &camera, wireframe);
+        return Ok(frame.downsampled(SAMPLES)?);
+    }
     let vertices = studio::vertices(model, camera.clip_from_object());
     // Fragments know the number of their face, the list knows its material.
     let faces: Vec<Face<'_>> = model.faces().collect();
@@ -111,6 +124,26 @@ fn render(
         renderer.draw(&mut frame, Mesh::new(&vertices, &faces), shader);
     }
     Ok(frame.downsampled(SAMPLES)?)
+}
+
+/// Draws the edges of the model, those that its faces hide left out on demand.
+fn draw_wireframe(
+    frame: &mut Framebuffer<Vec3>,
+    model: &Model,
+    camera: &Camera,
+    wireframe: Wireframe,
+) {
+    let vertices: Vec<Vertex<0>> = model.vertices_with(camera.clip_from_object(), |_| []);
+    let mesh = Mesh::new(&vertices, model.faces());
+    let mut renderer = ZBufferRenderer::new(frame.viewport());
+    if wireframe == Wireframe::Visible {
+        // Lines lie on the faces, which are moved back by as much as they change within a pixel.
+        renderer.settings.depth_bias = DepthBias { constant: 1e-6, slope: 1.5 };
+        renderer.draw_depth(frame, mesh.clone());
+        renderer.settings.depth_bias = DepthBias::default();
+    }
+    let lines = Lines::edges_of(&mesh).with_width(1.25 * SAMPLES as f32).with_join(Join::Bevel);
+    renderer.draw(frame, lines.with_cap(Cap::Round), |_| INK);
 }
 
 /// Writes an animated PNG file of pictures all around the model.
@@ -149,8 +182,17 @@ fn save_turntable(
 
 // ----------------------------------------------------------------------------------------- options
 
+/// Which edges are drawn.
+#[derive(Clone, Copy, PartialEq)]
+enum Wireframe {
+    All,
+    Visible,
+}
+
 struct Options {
     view: View,
+    /// Edges instead of faces.
+    wireframe: Option<Wireframe>,
     output: Option<PathBuf>,
     /// Width and height in pixels.
     size: (u32, u32),
@@ -166,6 +208,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             view: View::default(),
+            wireframe: None,
             output: None,
             size: (800, 600),
             turntable: None,
@@ -196,6 +239,9 @@ impl Options {
                     let pictures = parser.value()?.parse_with(|text| cli::number(text, 1..=999))?;
                     options.turntable = Some(pictures as u16);
                 }
+                Arg::Long("wireframe") => {
+                    options.wireframe = Some(parser.value()?.parse_with(parse_wireframe)?);
+                }
                 Arg::Long("cull") => options.cull = true,
                 Arg::Long("background") => {
                     options.background = parser.value()?.parse_with(parse_color)?;
@@ -208,6 +254,14 @@ impl Options {
             }
         }
         Ok(options)
+    }
+}
+
+fn parse_wireframe(text: &str) -> Result<Wireframe, &'static str> {
+    match text {
+        "all" => Ok(Wireframe::All),
+        "visible" => Ok(Wireframe::Visible),
+        _ => Err("write all or visible"),
     }
 }
 

@@ -18,17 +18,27 @@
 //! (`coverage::active`), each stepped by `coverage::edge`; what is inside there, a [`FillRule`] says.
 //! A convex outline has at most two active edges and needs no table (`coverage::convex`). A triangle's
 //! three edges are lines in f64, of which eight rows are found at once (`coverage::triangle`).
+//!
+//! Other rules than that of centres, all pixels that a polygon touches or those that it covers wholly,
+//! take the pixels through which edges pass to those or from them (`coverage::conservative`).
+//!
+//! Lines of width 1 are no polygons: they have the pixels that the diamond-exit rule gives
+//! (`coverage::line`).
 
 mod fill_rule;
+mod rule;
 mod edge;
 pub(crate) mod area;
 pub(crate) mod run;
 mod convex;
 pub(crate) mod triangle;
+pub(crate) mod line;
 mod active;
+mod conservative;
 pub(crate) mod shape;
 mod edge_table;
 
 pub use self::edge_table::{EdgeTable, Runs};
 pub use self::fill_rule::FillRule;
+pub use self::rule::{CoverageRule, OutsidePolygon};
 pub use self::run::Run;

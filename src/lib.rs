@@ -55,10 +55,10 @@
 //! |---|---|
 //! | [`subpixel`] | positions rounded to 1/256 pixel: the joint between clipping and coverage |
 //! | [`project`] | divides by w, keeps 1/w |
-//! | [`coverage`] | which pixels: `coverage::fill_rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, `coverage::active` edges, the `coverage::shape` as a value, the `coverage::edge_table` |
+//! | [`coverage`] | which pixels: `coverage::fill_rule`, the `coverage::rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, the pixels of a `coverage::line`, `coverage::active` edges, `coverage::conservative` coverage, the `coverage::shape` as a value, the `coverage::edge_table` |
 //! | `window` | the columns and rows that are visited |
 //! | `settings` | [`Settings`]: how polygons are brought to the screen |
-//! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon` |
+//! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon`, a `surface::line` |
 //! | `primitive` | a polygon ready for its rows: the one place where one is prepared |
 //! | [`parameter_matrix`] | the paper's equation (1) |
 //! | [`fragment`] | a pixel: depth, w, parameters, derivatives; one reciprocal each. `fragment::block`s of 16; the `fragment::footprint` of a pixel in a texture; what a shader sees, `fragment::pixel` |
@@ -76,12 +76,15 @@
 //! | `render::target`, `render::framebuffer` | memory to draw to, borrowed or owned |
 //! | `render::faces`, `render::corners` | index lists; vertices projected once each |
 //! | `render::bsp` | [`BspTree`]: `render::bsp::plane`s, the `render::bsp::partition`, how to `render::bsp::build` it |
-//! | `render::geometry`, `render::by_depth`, `render::front` | what is drawn, in which order, by which methods |
+//! | `render::stroke_style`, `render::geometry`, `render::lines` | what is drawn: polygons and meshes, lines and points, and how these look |
+//! | `render::by_depth`, `render::front` | in which order, by which methods |
 //! | `render::mesh` | many faces at once, in `render::mesh::bins` |
+//! | `render::strokes` | lines and points: each `render::strokes::segment` clipped, the polygons of `render::strokes::wide` ones |
 //! | `render::z_buffer` | [`ZBufferRenderer`] |
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
 //! | `render::visibility` | [`VisibilityRenderer`](render::VisibilityRenderer): which face is seen at each pixel, in `render::visibility::layers` if several are wanted, and where on it, by the `render::visibility::weights` of its corners |
+//! | [`bake`] | textures baked from meshes in their (u, v) plane; `bake::dilate` continues the borders |
 //! | `render::png_file` | PNG files, whole or row by row |
 //!
 //! **Pictures and models**
@@ -202,6 +205,7 @@ pub mod span;
 pub mod scan;
 pub mod color;
 pub mod render;
+pub mod bake;
 pub mod texture;
 pub mod camera;
 #[cfg(feature = "model")]
@@ -218,15 +222,15 @@ pub use fearless_simd::Level;
 pub use glam;
 
 pub use self::camera::Camera;
-pub use self::coverage::FillRule;
+pub use self::coverage::{CoverageRule, FillRule, OutsidePolygon};
 pub use self::fragment::{Footprint, FootprintBlock, Fragment, FragmentBlock};
 #[cfg(feature = "model")]
 pub use self::model::Model;
 pub use self::outline::Outline;
 pub use self::parameter_matrix::ParameterMatrix;
 pub use self::render::{
-    BspTree, DepthTest, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, Target, TargetError,
-    ZBufferRenderer,
+    BspTree, DepthTest, Framebuffer, Lines, Mesh, PainterRenderer, Points, ScanlineRenderer,
+    Target, TargetError, ZBufferRenderer,
 };
 pub use self::scan::{ScanConverter, Surface};
 pub use self::settings::{Cull, DepthBias, DepthMode, FrontFace, Settings};

@@ -114,6 +114,7 @@ impl Primitive {
             return false;
         }
         edges.fill_rule = call.fill_rule;
+        edges.set_rule(call.coverage_rule, &call.window.columns);
         edges.fill_chains(clipped.points(), clipped.chains(), rows.clone());
         if edges.is_empty() {
             return false;
@@ -139,6 +140,7 @@ impl Primitive {
             points.push(point);
         }
         edges.fill_rule = call.fill_rule;
+        edges.set_rule(call.coverage_rule, &call.window.columns);
         edges.fill(points, rows.clone());
         let is_front = call.front_face.is_front(signed_area_of(points, &[]) > 0);
         if !set_up_triangle(surface, call, (face, is_front), records) {
@@ -159,6 +161,7 @@ impl Primitive {
         let Self { edges, surface, .. } = self;
         let (positions, params) = polygon.vertices;
         edges.fill_rule = call.fill_rule;
+        edges.set_rule(call.coverage_rule, &call.window.columns);
         edges.fill_chains(polygon.points, polygon.chains, rows.clone());
         let face = (face, polygon.is_front);
         surface.set_up(call, face, positions, params, polygon.is_affine);
@@ -200,6 +203,8 @@ fn set_up_triangle(
     vertices: &Records,
 ) -> bool {
     match vertices.positions().first_chunk() {
+        // Where pixels' centres lie outside, its edges have to be known.
+        _ if call.coverage_rule.is_outer() => false,
         Some(positions) if vertices.len() == 3 => {
             surface.set_up_triangle(call, face, positions, vertices.all_params())
         }

@@ -1,7 +1,7 @@
 //! Renderers on top of the scan converter, and the memory that they draw to.
 //!
-//! Each renderer draws any [`Geometry`], a polygon, a [`Mesh`], a sorted mesh, a [tree](BspTree), on any
-//! [`RenderTarget`], in each of three ways: `draw` calls a shader for each fragment, `draw_blocks` for 16
+//! Each renderer draws any [`Geometry`], a polygon, a [`Mesh`], a sorted mesh, a [tree](BspTree), [`Lines`],
+//! [`Points`], on any [`RenderTarget`], in each of three ways: `draw` calls a shader for each fragment, `draw_blocks` for 16
 //! at a time, `draw_depth` draws depth alone.
 //!
 //! # Which renderer, when
@@ -13,6 +13,7 @@
 //! | transparent faces | as they are drawn: the caller sorts them, and faces that cross have no order | exact at each pixel, also where they cross | exact, but where surfaces meet at a pixel's centre | in the order of their depths |
 //! | shaded at a pixel | each face nearer than those before it: about ln k of k in random order | the visible face, and the glass before it | all faces | all faces |
 //! | time, besides shading | each fragment of each face | the faces' spans in each row: n log k for n spans, k deep | each fragment, spans of each piece | each fragment, a sort of the faces |
+//! | lines and points | compared like faces | compared with what the target holds, one after the other | over what is there, in their order | the same |
 //! | before the first picture | nothing | a sort of the faces by row | the tree: n log n for surfaces, up to n^3 for n planes that all cross | nothing |
 //! | memory | the framebuffer | some rows, the faces that cross them, 24 bytes for each face | the framebuffer, some 80 bytes for each piece | the framebuffer |
 //! | drawing in steps | yes: depth stays in the framebuffer | a scene at once; over what a framebuffer holds | a tree at once, over what a framebuffer shows | as by tree |
@@ -39,10 +40,14 @@ mod framebuffer;
 mod faces;
 mod corners;
 mod bsp;
+mod stroke_style;
 mod geometry;
+mod lines;
 mod by_depth;
 mod front;
+
 mod mesh;
+mod strokes;
 mod z_buffer;
 mod painter;
 mod scanline;
@@ -56,11 +61,13 @@ pub use self::faces::FaceIndices;
 pub use self::framebuffer::Framebuffer;
 pub use self::front::OneThread;
 pub use self::geometry::{Geometry, Mesh, PosedTree};
+pub use self::lines::{Contours, Lines, Points, Polyline, Strips};
 pub use self::paint::{Additive, Over, Paint};
 pub use self::painter::PainterRenderer;
 #[cfg(feature = "png")]
 pub use self::png_file::{PngError, PngFile};
 pub use self::scanline::ScanlineRenderer;
+pub use self::stroke_style::{Cap, Join};
 pub use self::target::{RenderTarget, Target, TargetError};
 pub use self::visibility::{Product, Visibility, VisibilityRenderer};
 pub use self::z_buffer::ZBufferRenderer;

@@ -1,6 +1,6 @@
 //! Settings: how polygons are brought to the screen. Plain data, apart from all memory that work takes.
 
-use crate::coverage::FillRule;
+use crate::coverage::{CoverageRule, FillRule};
 use crate::project::Projection;
 use crate::vertex::Interpolation;
 use crate::view_volume::{ClipPlane, ClipSpace};
@@ -145,6 +145,9 @@ pub struct Settings<const N: usize> {
     pub cull: Cull,
     /// What is inside an outline that is not convex.
     pub fill_rule: FillRule,
+    /// Which pixels a polygon covers. The [`ScanlineRenderer`](crate::ScanlineRenderer) knows the rule of
+    /// centres alone.
+    pub coverage_rule: CoverageRule,
     /// How each parameter is interpolated.
     pub interpolation: [Interpolation; N],
     /// What is depth, and which depth is nearer.
@@ -155,7 +158,7 @@ pub struct Settings<const N: usize> {
 
 impl<const N: usize> Settings<N> {
     /// All the pixels of a viewport: no scissor, no extra planes, no culling, the non-zero rule,
-    /// 0 <= z <= w, all parameters in perspective, smaller depth nearer.
+    /// 0 <= z <= w, pixels by their centres, all parameters in perspective, smaller depth nearer.
     #[must_use]
     pub fn new(viewport: Viewport) -> Self {
         Self {
@@ -166,6 +169,7 @@ impl<const N: usize> Settings<N> {
             front_face: FrontFace::default(),
             cull: Cull::default(),
             fill_rule: FillRule::default(),
+            coverage_rule: CoverageRule::default(),
             interpolation: [Interpolation::default(); N],
             depth: DepthMode::default(),
             depth_bias: DepthBias::default(),
@@ -205,12 +209,14 @@ impl<const N: usize> Settings<N> {
             front_face: self.front_face,
             culled: self.cull.direction(self.front_face),
             fill_rule: self.fill_rule,
+            coverage_rule: self.coverage_rule,
             interpolation: &self.interpolation,
             is_all_perspective: self.interpolation == [Interpolation::Perspective; N],
             depth: self.depth,
             depth_bias: self.depth_bias,
             projection: Projection::new(&self.viewport, self.clip_space),
-            window: Window::new(&self.viewport, self.scissor, bounds),
+            window: Window::new(&self.viewport, self.scissor, bounds)
+                .with_touched(self.coverage_rule.is_outer()),
         }
     }
 }
@@ -225,6 +231,7 @@ pub(crate) struct DrawCall<'a> {
     pub(crate) front_face: FrontFace,
     pub(crate) culled: Culled,
     pub(crate) fill_rule: FillRule,
+    pub(crate) coverage_rule: CoverageRule,
     pub(crate) interpolation: &'a [Interpolation],
     pub(crate) is_all_perspective: bool,
     pub(crate) depth: DepthMode,

@@ -7,7 +7,8 @@
 //! (`surface::plane`). What is not, such as arbitrary colours at the corners of a quad, is interpolated
 //! along the two edges that bound the run and then across it (`surface::mixed`). `surface::triangle`
 //! finds the planes of a triangle, or of eight at once in a `surface::batch`; `surface::polygon` those of
-//! any polygon; what all its parameters have in common is its `surface::base`, and `surface::rows` has
+//! any polygon; those of lines and points are in
+//! `surface::line`. What all parameters have in common is the `surface::base`, and `surface::rows` has
 //! the values along runs.
 
 pub(crate) mod plane;
@@ -17,3 +18,4 @@ pub(crate) mod rows;
 pub(crate) mod triangle;
 pub(crate) mod batch;
 pub(crate) mod polygon;
+pub(crate) mod line;

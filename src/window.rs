@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::subpixel::{SubpixelPoint, first_centre};
+use crate::subpixel::{SUBPIXELS, SubpixelPoint, first_centre};
 use crate::viewport::{Rect, Viewport};
 
 /// Columns and rows to visit, relative to the viewport's top left corner.
@@ -12,6 +12,8 @@ pub(crate) struct Window {
     pub(crate) rows: Range<i32>,
     /// The viewport's corner on the framebuffer.
     corner: (i32, i32),
+    /// Whether pixels count that are touched without their centres.
+    is_touched: bool,
 }
 
 impl Window {
@@ -26,7 +28,12 @@ impl Window {
             let inside = |pixel: i64| (pixel.clamp(first, end) - first) as i32;
             inside(bounds[axis].0.max(scissor[axis].0))..inside(bounds[axis].1.min(scissor[axis].1))
         });
-        Self { columns, rows, corner: (x, y) }
+        Self { columns, rows, corner: (x, y), is_touched: false }
+    }
+
+    /// The same, with extents of what is touched.
+    pub(crate) fn with_touched(self, is_touched: bool) -> Self {
+        Self { is_touched, ..self }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -50,7 +57,8 @@ impl Window {
         (row + self.corner.1) as usize
     }
 
-    /// The columns and rows of the window whose centres lie between the points, if there are any.
+    /// The columns and rows of the window whose centres lie between the points, or that these touch, if
+    /// there are any.
     #[inline(always)]
     pub(crate) fn extent(
         &self,
@@ -61,9 +69,24 @@ impl Window {
             (left, right) = (left.min(x), right.max(x));
             (top, bottom) = (top.min(y), bottom.max(y));
         }
+        if self.is_touched && left <= right {
+            return self.touched(left..right, top..bottom);
+        }
         let columns =
             first_centre(left).max(self.columns.start)..first_centre(right).min(self.columns.end);
         let rows = first_centre(top).max(self.rows.start)..first_centre(bottom).min(self.rows.end);
+        (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
+    }
+
+    /// The columns and rows of the window that lie in a rectangle, or in part.
+    #[cold]
+    fn touched(&self, x: Range<i32>, y: Range<i32>) -> Option<(Range<i32>, Range<i32>)> {
+        let touched = |range: &Range<i32>, within: &Range<i32>| {
+            let (start, end) =
+                (range.start.div_euclid(SUBPIXELS), -(-range.end).div_euclid(SUBPIXELS));
+            start.max(within.start)..end.min(within.end)
+        };
+        let (columns, rows) = (touched(&x, &self.columns), touched(&y, &self.rows));
         (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 }

@@ -60,7 +60,6 @@ impl<'a> ActiveEdges<'a> {
         }
     }
 
-    #[inline(never)]
     pub(crate) fn next_run(&mut self) -> Option<Run> {
         loop {
             if let Some(run) = self.run_in_row() {

@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use crate::coverage::active::ActiveEdges;
 use crate::coverage::area::chain_edges;
+use crate::coverage::conservative::{CentreRuns, TouchTable};
 use crate::coverage::convex::{ActivePair, ConvexOutline, is_convex};
 use crate::coverage::edge::Edge;
 use crate::coverage::fill_rule::FillRule;
+use crate::coverage::rule::CoverageRule;
 use crate::coverage::run::Run;
-use crate::coverage::shape::Coverage;
+use crate::coverage::shape::{AnyRuns, Coverage};
 use crate::outline::Chain;
 use crate::subpixel::SubpixelPoint;
 
@@ -35,6 +37,9 @@ pub struct EdgeTable {
     edges: Vec<Edge>,
     active: Vec<Edge>,
     rows: Range<i32>,
+    /// What to find besides, and in which columns, if not coverage by centres alone.
+    conservative: Option<(CoverageRule, Range<i32>)>,
+    touch: TouchTable,
 }
 
 /// What a table was filled with.
@@ -63,6 +68,12 @@ impl EdgeTable {
     pub fn fill(&mut self, outline: &[SubpixelPoint], rows: Range<i32>) {
         if !self.begin(outline, rows) {
             return;
+        }
+        if self.conservative.is_some() {
+            let ends = outline.iter().skip(1).chain(outline.first());
+            let edges = outline.iter().zip(ends).zip(0..);
+            edges.for_each(|((&a, &b), index)| self.touch.push(a, b, index));
+            self.touch.finish();
         }
         if is_convex(outline) {
             self.content = Content::Convex;
@@ -105,6 +116,11 @@ impl EdgeTable {
         if !self.begin(points, rows) {
             return;
         }
+        if self.conservative.is_some() {
+            let edges = chain_edges(points, chains).filter(|edge| edge.3 != 0);
+            edges.for_each(|(&a, &b, index, _)| self.touch.push(a, b, index));
+            self.touch.finish();
+        }
         self.edges.extend(chain_edges(points, chains).filter_map(|(&a, &b, index, winding)| {
             let mut edge = Edge::new(a, b, index, &self.rows)?;
             edge.winding = edge.winding.wrapping_mul(winding);
@@ -119,16 +135,30 @@ impl EdgeTable {
         const FARTHEST: u32 = 1 << 26;
         (self.content, self.rows) = (Content::Edges, rows);
         self.edges.clear();
+        if let Some((rule, columns)) = &self.conservative {
+            self.touch.begin(*rule, columns, &self.rows);
+        }
         points.iter().all(|p| p.x.unsigned_abs().max(p.y.unsigned_abs()) <= FARTHEST)
     }
 
     /// Whether no row is crossed.
     #[must_use]
     pub fn is_empty(&self) -> bool {
+        if self.conservative.is_some() && !self.touch.is_empty() {
+            return false;
+        }
         match self.content {
             Content::Convex => self.outline().extent(&(i32::MIN..i32::MAX)).is_none(),
             Content::Edges => self.edges.is_empty(),
         }
+    }
+
+    /// Has the next outlines filled by a rule, in the given columns.
+    pub(crate) fn set_rule(&mut self, rule: CoverageRule, columns: &Range<i32>) {
+        self.conservative = match rule {
+            CoverageRule::Centre => None,
+            rule => Some((rule, columns.clone())),
+        };
     }
 
     fn outline(&self) -> ConvexOutline<'_> {
@@ -139,14 +169,33 @@ impl EdgeTable {
     /// What the outline covers.
     #[inline(always)]
     pub(crate) fn coverage(&mut self) -> Coverage<'_> {
+        if self.conservative.is_some() {
+            return self.conservative_coverage();
+        }
         match self.content {
             Content::Convex => Coverage::Convex(self.outline()),
             Content::Edges => {
                 self.active.clear();
                 let (edges, active) = (self.edges.iter(), &mut self.active);
-                Coverage::Any(ActiveEdges::new(edges, active, self.fill_rule))
+                Coverage::Any(AnyRuns::Active(ActiveEdges::new(edges, active, self.fill_rule)))
             }
         }
+    }
+
+    #[cold]
+    fn conservative_coverage(&mut self) -> Coverage<'_> {
+        let Self { fill_rule, content, points, edges, active, rows, touch, .. } = self;
+        let centres = match content {
+            Content::Convex => {
+                let outline = ConvexOutline { points, first_row: rows.start, end_row: rows.end };
+                CentreRuns::Convex(ActivePair::new(&outline))
+            }
+            Content::Edges => {
+                active.clear();
+                CentreRuns::Any(ActiveEdges::new(edges.iter(), active, *fill_rule))
+            }
+        };
+        Coverage::Any(AnyRuns::Conservative(touch.runs(centres)))
     }
 
     /// The runs of covered pixels, from top to bottom and from left to right.
@@ -168,7 +217,7 @@ pub struct Runs<'a>(Rows<'a>);
 enum Rows<'a> {
     None,
     Convex(ActivePair<'a>),
-    Any(ActiveEdges<'a>),
+    Any(AnyRuns<'a>),
 }
 
 impl Iterator for Runs<'_> {

@@ -13,6 +13,10 @@ pub struct Run {
     pub edges: [u32; 2],
 }
 
+/// In place of a run's edge on the right: the values of its pixels are those of the nearest points of the
+/// other edge.
+pub(crate) const AT_EDGE: u32 = u32::MAX;
+
 /// Rows whose runs are found at a time.
 pub(crate) const ROWS: usize = 8;
 

@@ -3,19 +3,39 @@
 use std::ops::Range;
 
 use crate::coverage::active::ActiveEdges;
+use crate::coverage::conservative::ConservativeRuns;
 use crate::coverage::convex::{ActivePair, ConvexOutline};
-use crate::coverage::run::RunGroup;
+use crate::coverage::run::{Run, RunGroup};
 use crate::coverage::triangle::{BatchLane, TriangleEdges, TriangleRows};
 
 /// The pixels that a polygon covers.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "it is made where it is used, and never kept")]
 pub(crate) enum Coverage<'a> {
     /// A triangle whose lines are known, and exact.
     Triangle(BatchLane<'a>),
     /// An outline with one run in each row.
     Convex(ConvexOutline<'a>),
-    /// Any other.
-    Any(ActiveEdges<'a>),
+    /// Any other, or by another rule than that of centres.
+    Any(AnyRuns<'a>),
+}
+
+/// Runs that are found one by one.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "it is made where it is used, and never kept")]
+pub(crate) enum AnyRuns<'a> {
+    Active(ActiveEdges<'a>),
+    Conservative(ConservativeRuns<'a>),
+}
+
+impl AnyRuns<'_> {
+    #[inline(never)]
+    pub(crate) fn next_run(&mut self) -> Option<Run> {
+        match self {
+            Self::Active(edges) => edges.next_run(),
+            Self::Conservative(runs) => runs.next_run(),
+        }
+    }
 }
 
 impl Coverage<'_> {

@@ -118,6 +118,20 @@ impl FaceList {
         }
     }
 
+    /// Takes lists of so many vertices each, the first of them first.
+    pub(crate) fn take_lists(&mut self, lens: impl Iterator<Item = usize>) {
+        self.restart();
+        self.indices.clear();
+        self.ends.clear();
+        let mut last = 0u32;
+        for len in lens {
+            last = last.saturating_add(end(len));
+            self.ends.push(last);
+            self.len += 1;
+        }
+        self.indices.extend(0..last);
+    }
+
     /// Takes the faces of another list in another order.
     pub(crate) fn take_in_order(&mut self, faces: &Self, order: impl Iterator<Item = u32>) {
         self.restart();

@@ -1,4 +1,5 @@
-//! Geometry: what is drawn. A polygon, a mesh, a mesh sorted by depth, a tree.
+//! Geometry: what is drawn. A polygon, a mesh, a mesh sorted by depth, a tree; lines and points are in
+//! `render::lines`.
 //!
 //! Each renderer draws each of them, in each of three ways: fragment by fragment, in blocks, or depth
 //! alone.
@@ -8,6 +9,7 @@ use glam::{DMat4, Mat4};
 use crate::outline::Outline;
 use crate::render::bsp::{BspTree, Partition};
 use crate::render::faces::{FaceIndices, FaceList};
+use crate::render::stroke_style::Figure;
 use crate::vertex::Vertex;
 use crate::vertices::Vertices;
 
@@ -16,7 +18,8 @@ use crate::vertices::Vertices;
 /// - a reference to a polygon, an [`Outline`] of one or more contours in clip space;
 /// - a [`Mesh`] of vertices in clip space and faces, lists of indices;
 /// - a mesh [sorted by depth](Mesh::back_to_front);
-/// - a [`BspTree`], [seen through a matrix](BspTree::seen_by).
+/// - a [`BspTree`], [seen through a matrix](BspTree::seen_by);
+/// - [`Lines`](crate::Lines) and [`Points`](crate::Points).
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be drawn by a renderer for vertices with `{N}` parameters",
     label = "this is no geometry for vertices with {N} parameters",
@@ -34,6 +37,8 @@ pub(crate) struct Batch<'a> {
     pub(crate) vertices: &'a dyn Vertices,
     pub(crate) faces: &'a FaceList,
     pub(crate) order: Order<'a>,
+    /// What the faces are, if not faces.
+    pub(crate) figure: Figure,
     pub(crate) transparent: Option<&'a dyn Fn(u32) -> bool>,
     /// Whether these are the first faces of the geometry.
     pub(crate) is_first: bool,
@@ -53,8 +58,8 @@ pub(crate) enum Order<'a> {
 /// Memory in which geometry is made ready.
 #[derive(Clone, Debug)]
 pub(crate) struct GeometryMemory<const N: usize> {
-    vertices: Vec<Vertex<N>>,
-    faces: FaceList,
+    pub(crate) vertices: Vec<Vertex<N>>,
+    pub(crate) faces: FaceList,
 }
 
 impl<const N: usize> Default for GeometryMemory<N> {
@@ -80,6 +85,7 @@ impl<const N: usize, O: Outline<N> + ?Sized> Submit<N> for &O {
             vertices: &vertices,
             faces,
             order: Order::AsGiven,
+            figure: Figure::Faces,
             transparent: None,
             is_first: true,
         });
@@ -137,9 +143,14 @@ impl<'a, F, const N: usize> Mesh<'a, F, N> {
         Self { vertices, faces, transparent: None, order: MeshOrder::AsGiven }
     }
 
-    /// The vertices and the faces.
+    /// The vertices and the faces, taken apart.
     pub(crate) fn into_parts(self) -> (&'a [Vertex<N>], F) {
         (self.vertices, self.faces)
+    }
+
+    /// The vertices and the faces.
+    pub(crate) fn parts(&self) -> (&'a [Vertex<N>], &F) {
+        (self.vertices, &self.faces)
     }
 
     /// The same mesh, with its faces in the order of their depths: that with the farthest vertex
@@ -184,7 +195,8 @@ impl<const N: usize, F: IntoIterator<Item: FaceIndices>> Submit<N> for Mesh<'_, 
         let mut is_first = true;
         while faces.collect(&mut rest, most) || is_first {
             let (vertices, transparent) = (&self.vertices, self.transparent);
-            draw(&Batch { vertices, faces, order, transparent, is_first });
+            let figure = Figure::Faces;
+            draw(&Batch { vertices, faces, order, figure, transparent, is_first });
             is_first = false;
         }
     }
@@ -225,6 +237,7 @@ impl<const N: usize> Submit<N> for PosedTree<'_, N> {
             vertices: &vertices,
             faces: tree.face_list(),
             order: Order::Tree(tree.partition(), planes),
+            figure: Figure::Faces,
             transparent: None,
             is_first: true,
         });

@@ -19,6 +19,7 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd};
 use prefetch_index::prefetch_index;
 
+use crate::coverage::CoverageRule;
 use crate::coverage::shape::Coverage;
 use crate::primitive::Primitive;
 use crate::render::band::Band;
@@ -140,6 +141,7 @@ impl BandDrawing<'_, '_> {
         let MeshCall { call, vertices, corners, faces } = self.mesh;
         let binned = &chunk.bins[band_number].faces;
         let rows = call.window.rows_within(&self.band.rows());
+        let is_by_centres = call.coverage_rule == CoverageRule::Centre;
         // Triangles of the batch that are yet to be drawn.
         let mut ready = 0..0;
         for (i, &Binned { face, kind }) in binned.iter().enumerate() {
@@ -148,6 +150,7 @@ impl BandDrawing<'_, '_> {
                 chunk.prefetch_clipped(*clipped as usize);
             }
             if let FaceKind::Triangle(_) = kind
+                && is_by_centres
                 && !simd.level().is_fallback()
             {
                 if ready.is_empty() {

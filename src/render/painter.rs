@@ -59,6 +59,7 @@ use crate::render::parallel::{Shading, first, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::shader::ShadeBlocks;
+use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::surface::rows::SurfaceView;
@@ -126,6 +127,7 @@ pub(crate) struct Drawer {
     keys: Vec<([f64; 2], Piece)>,
     bins: Vec<Vec<Piece>>,
     workers: Vec<Worker>,
+    strokes: Strokes,
 }
 
 /// The memory for drawing one band.
@@ -183,6 +185,9 @@ impl DrawFaces for Drawer {
         band: &mut Band<'_>,
         shading: Shading<'_>,
     ) {
+        if self.strokes.prepare(call, batch) {
+            return self.strokes.draw(call, (level, plan), band, shading);
+        }
         let built;
         let (partition, planes) = match batch.order {
             Order::Tree(partition, planes) => (Some(partition), planes),

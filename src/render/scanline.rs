@@ -30,10 +30,12 @@ mod draw;
 
 use fearless_simd::Level;
 
+use crate::coverage::CoverageRule;
 use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::render::band::Band;
 use crate::render::corners::ProjectedVertices;
 use crate::render::depth::DepthTest;
+use crate::render::faces::FaceList;
 use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
 use crate::render::geometry::{Batch, Geometry};
 use crate::render::paint::Paint;
@@ -42,6 +44,7 @@ use crate::render::raster::plan::Plan;
 use crate::render::scanline::active::ActiveFaces;
 use crate::render::scanline::draw::{RowsMemory, draw_rows, rows_at_once};
 use crate::render::shader::{Painter, Shader};
+use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::vertices::Vertices;
@@ -99,6 +102,7 @@ pub(crate) struct Drawer {
     corners: ProjectedVertices,
     faces: ActiveFaces,
     rows: RowsMemory,
+    strokes: Strokes,
 }
 
 impl<const N: usize> ScanlineRenderer<N> {
@@ -182,10 +186,14 @@ impl<const N: usize> ScanlineRenderer<N> {
     {
         let mut result = Ok(());
         let Parts { settings, level, plan, front, drawer } = self.parts();
-        let Drawer { corners, faces, rows } = drawer;
+        let Drawer { corners, faces, rows, strokes } = drawer;
         settings.collect_planes(&mut front.planes);
-        let call = settings.call(settings.viewport.rect(), &front.planes);
+        let call = by_centres(&settings.call(settings.viewport.rect(), &front.planes));
         geometry.submit(&mut front.geometry, usize::MAX, &mut |batch| {
+            let batch = match strokes.prepare(&call, batch) {
+                true => &Batch { faces: &FaceList::default(), ..*batch },
+                false => batch,
+            };
             faces.begin(&call, level, batch, corners);
             let mut stream = Stream {
                 call: &call,
@@ -193,6 +201,7 @@ impl<const N: usize> ScanlineRenderer<N> {
                 plan,
                 faces,
                 rows,
+                strokes,
                 vertices: batch.vertices,
                 background,
                 shader,
@@ -204,6 +213,12 @@ impl<const N: usize> ScanlineRenderer<N> {
 }
 
 drawing_methods!(ScanlineRenderer);
+
+/// A call that has pixels covered by their centres.
+fn by_centres<'a>(call: &DrawCall<'a>) -> DrawCall<'a> {
+    let window = call.window.clone().with_touched(false);
+    DrawCall { coverage_rule: CoverageRule::Centre, window, ..call.clone() }
+}
 
 /// The mode of depth by which rows are ordered: that of z.
 fn order_of_rows(mode: DepthMode) -> DepthMode {
@@ -240,7 +255,11 @@ impl DrawFaces for Drawer {
         band: &mut Band<'_>,
         mut shading: Shading<'_>,
     ) {
-        let Self { corners, faces, rows } = self;
+        let call = &by_centres(call);
+        let Self { corners, faces, rows, strokes } = self;
+        if strokes.prepare(call, batch) {
+            return strokes.draw(call, (level, plan), band, shading);
+        }
         faces.begin(call, level, batch, corners);
         let height = band.rows().len();
         let at_once = rows_at_once(band.width as u32) as usize * 2 * threads();
@@ -261,6 +280,7 @@ struct Stream<'a, C, K> {
     plan: Plan,
     faces: &'a mut ActiveFaces,
     rows: &'a mut RowsMemory,
+    strokes: &'a mut Strokes,
     vertices: &'a dyn Vertices,
     background: C,
     shader: K,
@@ -322,10 +342,12 @@ impl<C: Copy + Send + Sync, K: Copy + Send + Sync> Stream<'_, C, K> {
         let visited = call.window.rows_within(&band.rows());
         self.faces.advance(call, vertices, &visited);
         let (faces, memory, colors) = (&*self.faces, &mut *self.rows, &mut rows.color[..]);
+        let strokes = &mut *self.strokes;
         for_level!(level, simd => {
             let mut painter = Painter::<_, _, _, N> { simd, colors, pixels_before: 0, shader };
             let shading = Shading::OnThreads(&mut painter);
             draw_rows(call, (level, plan), faces, &mut band, memory, shading);
+            strokes.draw(call, (level, plan), &mut band, Shading::OnThreads(&mut painter));
         });
     }
 }

@@ -16,6 +16,7 @@ use crate::render::mesh::MeshMemory;
 use crate::render::parallel::Shading;
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
+use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::viewport::Viewport;
@@ -79,6 +80,7 @@ pub(crate) struct Drawer {
     is_projected: bool,
     primitive: Primitive,
     raster: RasterMemory,
+    strokes: Strokes,
 }
 
 impl<const N: usize> ZBufferRenderer<N> {
@@ -129,6 +131,9 @@ impl DrawFaces for Drawer {
         shading: Shading<'_>,
     ) {
         self.is_projected &= !batch.is_first;
+        if self.strokes.prepare(call, batch) {
+            return self.strokes.draw(call, (level, plan), band, shading);
+        }
         if batch.is_first && batch.faces.len() == 1 {
             return self.draw_one(call, (level, plan), batch, band, shading);
         }

@@ -94,8 +94,8 @@ impl Mixed {
     }
 }
 
-/// Where an edge is at a row's centre line.
-struct AlongEdge<'v> {
+/// Where an edge is at a row's centre line, or nearest to a pixel.
+pub(crate) struct AlongEdge<'v> {
     vertices: &'v ScreenVertices,
     x: f64,
     /// How far along the edge, from 0 to 1.
@@ -110,10 +110,22 @@ impl<'v> AlongEdge<'v> {
         let [a, b] = ends.map(|end| vertices.points[end]);
         // An edge that is not rounded to a horizontal one is not horizontal.
         let t = ((f64::from(y) + 0.5 - a.y) / (b.y - a.y)).clamp(0.0, 1.0);
+        // Of pixels that are touched an edge may be.
+        let t = if t.is_nan() { 0.5 } else { t };
         Self { vertices, x: a.x + (b.x - a.x) * t, t, ends }
     }
 
-    fn value(&self, component: Component) -> f64 {
+    /// The point of an edge that is nearest to the centre of a pixel.
+    pub(crate) fn nearest(vertices: &'v ScreenVertices, edge: u32, [x, y]: [i32; 2]) -> Self {
+        let edge = Self::new(vertices, edge, y);
+        let [a, b] = edge.ends.map(|end| vertices.points[end]);
+        let (dx, dy) = (b.x - a.x, b.y - a.y);
+        let off = [f64::from(x) + 0.5 - a.x, f64::from(y) + 0.5 - a.y];
+        let t = (off[0] * dx + off[1] * dy) / (dx * dx + dy * dy);
+        Self { t: if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) }, ..edge }
+    }
+
+    pub(crate) fn value(&self, component: Component) -> f64 {
         let [a, b] = self.ends.map(|end| self.vertices.get(end, component));
         a + (b - a) * self.t
     }

@@ -96,8 +96,36 @@ impl PolygonSurface {
             ..SurfaceBase::default()
         };
         self.fit(affine);
+        if call.coverage_rule.is_outer() {
+            self.reach_out(call);
+        }
         let bias = self.base.add_bias(call);
         self.mixed.vertices.points.iter_mut().for_each(|point| point.z += bias);
+    }
+
+    /// Makes ready for pixels whose centres lie outside: each run is looked at alone, and if values are
+    /// extrapolated their ranges are wider.
+    #[cold]
+    fn reach_out(&mut self, call: &DrawCall<'_>) {
+        let Self { base, mixed, has_planes_only, .. } = self;
+        (mixed.any_by_edges, *has_planes_only) = (true, false);
+        if !call.coverage_rule.extrapolates() || mixed.z_by_edges || mixed.inv_w_by_edges {
+            return;
+        }
+        let (near, far) = call.projection.depth_range();
+        base.z_range = (near as f32, far as f32);
+        let WRange::Varying { w, inv_w } = &mut base.w else { return };
+        // A centre lies half a pixel outside at most, along each axis.
+        let change = 0.5 * (base.inv_w.dx.abs() + base.inv_w.dy.abs());
+        if mixed.has_limits || change > 0.5 * f64::from(inv_w.0) {
+            if !mixed.has_limits {
+                self.find_limits();
+                self.mixed.has_limits = true;
+                self.base.divide = Divide::Mixed;
+            }
+            return;
+        }
+        (*w, *inv_w) = ((w.0 * 0.5, w.1 * 2.0), (inv_w.0 * 0.5, inv_w.1 * 2.0));
     }
 
     /// Projects the vertices.

@@ -26,9 +26,9 @@
 use std::ops::Range;
 
 use crate::coverage::Run;
-use crate::coverage::run::{ROWS, RunGroup};
+use crate::coverage::run::{AT_EDGE, ROWS, RunGroup};
 use crate::surface::base::{Divide, SurfaceBase};
-use crate::surface::mixed::{AcrossRun, Component, Mixed};
+use crate::surface::mixed::{AcrossRun, AlongEdge, Component, Mixed};
 use crate::surface::plane::{BatchPlane, ScreenPlane};
 
 /// How the parameters of a polygon run over the screen.
@@ -225,8 +225,14 @@ impl<'a> SurfaceView<'a> {
     /// A run of this polygon.
     pub(crate) fn in_run(&self, run: &Run) -> InRun<'_> {
         let mixed = self.mixed.filter(|mixed| mixed.any_by_edges);
+        let first = [run.x.start, run.y];
+        if run.edges[1] == AT_EDGE {
+            let at = mixed.map(|mixed| &mixed.vertices);
+            let at = at.map(|vertices| AlongEdge::nearest(vertices, run.edges[0], first));
+            return InRun { surface: self, first, across: None, at };
+        }
         let across = mixed.map(|mixed| (mixed, AcrossRun::new(&mixed.vertices, run)));
-        InRun { surface: self, first: [run.x.start, run.y], across }
+        InRun { surface: self, first, across, at: None }
     }
 }
 
@@ -237,6 +243,8 @@ pub(crate) struct InRun<'s> {
     /// Column and row of the first pixel.
     first: [i32; 2],
     across: Option<(&'s Mixed, AcrossRun<'s>)>,
+    /// The point of an edge that a pixel has its values from, if its centre is outside.
+    at: Option<AlongEdge<'s>>,
 }
 
 impl InRun<'_> {
@@ -248,6 +256,9 @@ impl InRun<'_> {
 
     /// A value at the centre of the first pixel, and its change per pixel.
     pub(crate) fn along(&self, component: Component) -> (f64, f64) {
+        if let Some(at) = &self.at {
+            return (at.value(component), 0.0);
+        }
         if let Some(across) = self.across(component) {
             return (across.start(component), across.delta(component));
         }
@@ -261,6 +272,14 @@ impl InRun<'_> {
     pub(crate) fn at(&self, component: Component, x: i32) -> f64 {
         let (start, delta) = self.along(component);
         start + delta * (f64::from(x) - f64::from(self.first[0]))
+    }
+
+    /// The change of a value per pixel to the right.
+    fn slope(&self, component: Component) -> f64 {
+        match &self.at {
+            Some(_) => self.surface.plane(component).dx,
+            None => self.along(component).1,
+        }
     }
 
     /// The change of a value per pixel downwards, at a column.
@@ -329,13 +348,13 @@ impl SurfaceView<'_> {
     #[cold]
     pub(crate) fn mixed_slopes(&self, param: usize, x: i32, run: &Run) -> [f32; 2] {
         let (run, s) = (self.in_run(run), Component::S(param));
-        let (_, s_dx) = run.along(s);
+        let s_dx = run.slope(s);
         let s_dy = run.downwards(s, x);
         if !self.times_w(param) {
             return [s_dx as f32, s_dy as f32];
         }
         let inv_w = run.at(Component::InvW, x);
-        let (_, inv_w_dx) = run.along(Component::InvW);
+        let inv_w_dx = run.slope(Component::InvW);
         let inv_w_dy = run.downwards(Component::InvW, x);
         let r = run.at(s, x) / inv_w;
         [(s_dx - r * inv_w_dx) / inv_w, (s_dy - r * inv_w_dy) / inv_w].map(|slope| slope as f32)

@@ -3,9 +3,11 @@
 use crate::common::generators::{Rng, number};
 use crate::common::{LONG_SEED, in_threads};
 use glam::{Vec4, vec4};
+use polyscan::render::{Cap, Join};
 use polyscan::{
-    ClipPlane, ClipSpace, Cull, DepthMode, DepthTest, FillRule, Framebuffer, Interpolation, Rect,
-    ScanConverter, Vertex, Viewport, ZBufferRenderer,
+    ClipPlane, ClipSpace, CoverageRule, Cull, DepthMode, DepthTest, FillRule, Framebuffer,
+    Interpolation, Lines, OutsidePolygon, Points, Rect, ScanConverter, Vertex, Viewport,
+    ZBufferRenderer,
 };
 
 fn polygon<const N: usize>(rng: &mut Rng) -> Vec<Vertex<N>> {
@@ -234,8 +236,50 @@ fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
             renderer.draw(&mut frame, &[&polygon[..], &polygon[polygon.len() / 2..]], |_| 1);
         }
         let faces = [vec![], vec![0, 1], vec![0, 1, 2], vec![2, 1, 9_999_999], vec![3, 3, 3, 3]];
-        renderer.draw(&mut frame, polyscan::Mesh::new(&polygon(rng), faces), |_| 2);
+        renderer.draw(&mut frame, polyscan::Mesh::new(&polygon(rng), &faces), |_| 2);
+        renderer.settings.coverage_rule = [
+            CoverageRule::Outer(OutsidePolygon::Clamp),
+            CoverageRule::Outer(OutsidePolygon::Extrapolate),
+            CoverageRule::Inner,
+        ][rng.below(3)];
+        for _ in 0..2 {
+            let polygon = polygon(rng);
+            renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
+            renderer.draw(&mut frame, &[&polygon[..], &polygon[polygon.len() / 2..]], |_| 1);
+            renderer.draw(&mut frame, polyscan::Mesh::new(&polygon, &faces), |_| 2);
+        }
+        strokes(rng, &mut renderer, &mut frame, &faces);
         assert!(frame.color().iter().all(|c| [1, 2, 7].contains(c)));
+    }
+}
+
+/// Lines and points at anything, of any width.
+fn strokes(
+    rng: &mut Rng,
+    renderer: &mut ZBufferRenderer<2>,
+    frame: &mut Framebuffer<u8>,
+    faces: &[Vec<u32>],
+) {
+    let odd = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e30];
+    for _ in 0..4 {
+        let vertices = polygon(rng);
+        let width = if rng.once_in(4) { odd[rng.below(6)] } else { rng.range(0.1, 40.0) as f32 };
+        let join = match rng.below(3) {
+            0 => Join::Miter { limit: if rng.once_in(3) { odd[rng.below(6)] } else { 3.0 } },
+            1 => Join::Bevel,
+            _ => Join::Round,
+        };
+        let cap = [Cap::Butt, Cap::Square, Cap::Round][rng.below(3)];
+        let color = |f: &polyscan::Fragment<'_, 2>| (f.params[0] < 0.5).then_some(1);
+        let thin = Lines::polyline(&vertices);
+        renderer.draw(frame, thin, color);
+        renderer.draw(frame, thin.closed().with_width(width).with_join(join).with_cap(cap), color);
+        renderer.draw(frame, Lines::outline(&vertices).with_width(2.0), color);
+        renderer.draw(frame, Lines::new(&vertices, faces), color);
+        renderer.draw_depth(frame, Lines::edges_of(&polyscan::Mesh::new(&vertices, faces)));
+        let points = Points::new(&vertices).with_size(width);
+        renderer.draw(frame, points, |_| 2);
+        renderer.draw(frame, points.round(), |_| 2);
     }
 }
 

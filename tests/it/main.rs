@@ -18,6 +18,9 @@ mod far_outside;
 mod stages;
 mod sides;
 mod depth_bias;
+mod lines;
+mod conservative;
+mod bake;
 mod any_input;
 mod regressions;
 mod mesa;
@@ -31,7 +34,6 @@ mod painter;
 mod three_renderers;
 mod front;
 mod visibility;
-mod same_in_python;
 mod blending;
 
 mod texture;

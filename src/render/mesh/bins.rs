@@ -112,6 +112,9 @@ impl Chunk {
     fn bin_triangles(&mut self, mesh: &MeshCall<'_>, some: Range<usize>) -> bool {
         let MeshCall { call, corners, faces, .. } = *mesh;
         let first = some.start;
+        if call.coverage_rule.is_outer() {
+            return false;
+        }
         let Some(triangles) = faces.triangles(some) else { return false };
         let mut points = [[SubpixelPoint::default(); BATCH]; 3];
         for (lane, indices) in triangles.iter().enumerate() {

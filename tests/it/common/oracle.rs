@@ -10,6 +10,7 @@
 //! Clip space has x right and y up, screen space x right and y down with pixel (0, 0) top left.
 //! Positions are finite; the oracle panics on others, as exact arithmetic has no word for them.
 
+pub(crate) mod diamonds;
 mod clipping;
 mod parts;
 mod projection;
