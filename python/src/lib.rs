@@ -2,8 +2,8 @@
 //!
 //! What flows in are numpy arrays whose shapes and types the package's Python half has checked; what flows out are
 //! numpy arrays. `threads` runs work beside the interpreter; `positions` brings vertices to clip space, `polygons`
-//! has the faces; `visibility` finds what is seen at each pixel, `interpolate` the attributes there; `texture`
-//! samples pictures, and `picture` draws whole models.
+//! has the faces; `visibility` finds what is seen at each pixel, `baking` what is at each texel, `interpolate` the
+//! attributes there; `texture` samples pictures, and `picture` draws whole models.
 
 use pyo3::prelude::*;
 
@@ -11,6 +11,7 @@ mod threads;
 mod positions;
 mod polygons;
 mod visibility;
+mod baking;
 mod interpolate;
 mod texture;
 mod picture;
@@ -18,6 +19,8 @@ mod picture;
 /// See the package's documentation: nothing of this is for its users.
 #[pymodule]
 mod _polyscan {
+    #[pymodule_export]
+    use crate::baking::bake_weights;
     #[pymodule_export]
     use crate::interpolate::interpolate;
     #[pymodule_export]

@@ -1,4 +1,4 @@
-"""The same bits as in Rust: `tests/it/same_in_python.rs` makes the same scene and has the same hash."""
+"""The same bits as in Rust: `tests/same_bits/in_python.rs` makes the same scene and has the same hash."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 import polyscan
 
-RUST = pathlib.Path(__file__).parents[2] / "tests" / "it" / "same_in_python.rs"
+RUST = pathlib.Path(__file__).parents[2] / "tests" / "same_bits" / "in_python.rs"
 
 
 class Numbers:

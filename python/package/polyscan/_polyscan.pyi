@@ -11,6 +11,13 @@ _Floats = npt.NDArray[np.float32]
 def rasterize(
     vertices: npt.NDArray[np.float32] | npt.NDArray[np.float64], faces: _Faces, how: dict[str, Any]
 ) -> tuple[npt.NDArray[np.int32], _Floats, _Floats, _Floats, npt.NDArray[np.uint32]]: ...
+def bake_weights(
+    uv: npt.NDArray[np.float32] | npt.NDArray[np.float64],
+    faces: npt.NDArray[np.uint32],
+    size: tuple[int, int],
+    margin: int,
+    threads: int | None,
+) -> tuple[npt.NDArray[np.int32], _Floats, npt.NDArray[np.bool_], list[list[int]]]: ...
 def interpolate(
     attributes: _Floats,
     corners: tuple[npt.NDArray[np.uint32], bool],

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _polyscan
 from ._arguments import Faces, Polygons
+from ._bake import Baked
 from ._camera import Bend, Camera, View
 
 #: Faces as arrays (m, 3) or (m, k), as lists of lists, or as `Polygons`.
@@ -187,7 +188,7 @@ def _views(camera: Any, points: np.ndarray, width: int, height: int) -> tuple[li
 
 def interpolate(
     attributes: npt.ArrayLike,
-    seen: Seen,
+    seen: Seen | Baked,
     faces: FacesLike | None = None,
     *,
     derivatives: bool = False,
@@ -197,7 +198,7 @@ def interpolate(
     """Attributes of the vertices at each pixel, right in perspective.
 
     attributes: (n, c) or (n,): numbers of each vertex, of any kind; (b, n, c) for each shape of a batch.
-    seen: from `rasterize`, with barycentrics or, for `derivatives`, with derivatives.
+    seen: from `rasterize`, with barycentrics or, for `derivatives`, with derivatives; or from `bake`.
     faces: other numbers for the corners of the same triangles (m, 3), such as those of texture coordinates in a file that
         counts them apart.
     derivatives: whether to return not the attributes, but their changes per pixel to the right, and per pixel downwards.
