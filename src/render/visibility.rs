@@ -22,6 +22,7 @@ use crate::render::geometry::{Batch, Mesh, Order};
 use crate::render::parallel::{Shading, for_each};
 use crate::render::raster::plan::Plan;
 use crate::render::shader::{Painter, PerBlock, Shared};
+use crate::render::stroke_style::Figure;
 use crate::render::visibility::layers::LayerKeeper;
 use crate::render::visibility::weights::{SeenRows, Weights};
 use crate::render::{scanline, z_buffer};
@@ -297,6 +298,7 @@ impl VisibilityRenderer {
                 vertices,
                 faces: list,
                 order: Order::AsGiven,
+                figure: Figure::Faces,
                 transparent: Some(&|_| true),
                 is_first,
             };

@@ -13,6 +13,8 @@
 //! This is a crate of its own, small enough to be compiled for other processors and run under an
 //! emulator.
 
+mod in_python;
+
 #[path = "../it/common/generators/rng.rs"]
 #[allow(dead_code, reason = "other tests need more of it")]
 mod rng;
