@@ -7,7 +7,9 @@ use std::time::Instant;
 use crate::common::generators::Rng;
 use glam::{Vec2, Vec3, vec2};
 use polyscan::bake::{self, Baker, Overlap};
-use polyscan::{Mesh, Vertex};
+use polyscan::{
+    CoverageRule, DepthTest, Framebuffer, Mesh, OutsidePolygon, Vertex, Viewport, ZBufferRenderer,
+};
 
 /// A grid of triangles in the unit square, jittered inside, with a margin around it, and the places of
 /// its vertices.
@@ -117,6 +119,16 @@ fn borders_are_continued_by_so_many_texels() {
             .filter(|&(x, y)| baked.texels.pixel(x, y).is_some_and(|(_, depth)| depth < 1.0))
             .map(|(x, y)| [x as i32, y as i32])
             .collect();
+        // All that the faces touch, by the renderer whose coverage is tested elsewhere.
+        let mut renderer = ZBufferRenderer::<0>::new(Viewport::new(SIZE, SIZE).expect("small"));
+        renderer.settings.coverage_rule = CoverageRule::Outer(OutsidePolygon::Clamp);
+        let mut touched = Framebuffer::new(SIZE, SIZE, false).expect("small");
+        renderer.draw(&mut touched, mesh, |_| true);
+        let count = touched.color().iter().filter(|is_touched| **is_touched).count();
+        assert!(covered.len() == count && baked.covered() == count, "seed {seed}");
+        for &[x, y] in &covered {
+            assert_eq!(touched.pixel(x as u32, y as u32).map(|(color, _)| color), Some(true));
+        }
         let distances = |[x, y]: [i32; 2]| {
             let off = covered.iter().map(move |c| [(c[0] - x).abs(), (c[1] - y).abs()]);
             off.map(|[dx, dy]| (dx.max(dy), dx * dx + dy * dy))
@@ -147,14 +159,12 @@ fn of_a_dense_atlas_centres_miss_faces_and_touched_texels_do_not() {
     let (places, faces) = grid(40, 3);
     let vertices = vertices(&places);
     let seen = |is_outer: bool| {
-        let mut renderer = polyscan::ZBufferRenderer::<3>::new(
-            polyscan::Viewport::new(SIZE, SIZE).expect("small"),
-        );
+        let mut renderer = ZBufferRenderer::<3>::new(Viewport::new(SIZE, SIZE).expect("small"));
         if is_outer {
-            renderer.settings.coverage_rule = polyscan::CoverageRule::Outer(Default::default());
+            renderer.settings.coverage_rule = CoverageRule::Outer(OutsidePolygon::Clamp);
         }
-        renderer.depth_test = polyscan::DepthTest::Always;
-        let mut frame = polyscan::Framebuffer::new(SIZE, SIZE, ()).expect("small");
+        renderer.depth_test = DepthTest::Always;
+        let mut frame = Framebuffer::new(SIZE, SIZE, ()).expect("small");
         let mut seen = BTreeSet::new();
         renderer.on_one_thread().draw(&mut frame, Mesh::new(&vertices, &faces), |f| {
             seen.insert(f.face);
