@@ -14,6 +14,7 @@
 //! | shaded at a pixel | each face nearer than those before it: about ln k of k in random order | the visible face, and the glass before it | all faces | all faces |
 //! | time, besides shading | each fragment of each face | the faces' spans in each row: n log k for n spans, k deep | each fragment, spans of each piece | each fragment, a sort of the faces |
 //! | lines and points | compared like faces | compared with what the target holds, one after the other | over what is there, in their order | the same |
+//! | [conservative coverage](crate::CoverageRule) | yes | no: by centres | yes | yes |
 //! | before the first picture | nothing | a sort of the faces by row | the tree: n log n for surfaces, up to n^3 for n planes that all cross | nothing |
 //! | memory | the framebuffer | some rows, the faces that cross them, 24 bytes for each face | the framebuffer, some 80 bytes for each piece | the framebuffer |
 //! | drawing in steps | yes: depth stays in the framebuffer | a scene at once; over what a framebuffer holds | a tree at once, over what a framebuffer shows | as by tree |
