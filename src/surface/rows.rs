@@ -273,13 +273,13 @@ impl InRun<'_> {
         start + delta * (f64::from(x) - f64::from(self.first[0]))
     }
 
-    /// A value at the centre of a column, and its slopes, whatever it is found by.
-    #[cold]
-    pub(crate) fn with_slopes(&self, component: Component, x: i32) -> ScreenPlane {
-        ScreenPlane {
-            value: self.at(component, x),
-            dx: self.along(component).1,
-            dy: self.downwards(component, x),
+    /// A value at the centres of neighbouring columns, with its slopes, whatever it is found by.
+    pub(crate) fn with_slopes(&self, component: Component, x: i32, found: &mut [ScreenPlane]) {
+        let (start, dx) = self.along(component);
+        let first = f64::from(self.first[0]);
+        for (x, found) in (x..).zip(found) {
+            let value = start + dx * (f64::from(x) - first);
+            *found = ScreenPlane { value, dx, dy: self.downwards(component, x) };
         }
     }
 
