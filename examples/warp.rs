@@ -254,10 +254,10 @@ fn street(x: u32, y: u32) -> Vec4 {
     color.extend(1.0)
 }
 
-/// Pictures on one sheet, all as high as the highest.
+/// Pictures on one sheet, all of the same height.
 fn side_by_side(pictures: &[&Picture]) -> Result<Picture, Box<dyn Error>> {
     const GAP: u32 = 12;
-    let height = pictures.iter().map(|p| p.height()).max().unwrap_or(1);
+    let height = 640;
     let scaled = |p: &Picture| f64::from(height) / f64::from(p.height());
     let width = |p: &Picture| (f64::from(p.width()) * scaled(p)).round() as u32;
     let total = pictures.iter().map(|p| width(p) + GAP).sum::<u32>() + GAP;

@@ -79,6 +79,7 @@ impl<const N: usize> Fragment<'_, N> {
     /// It is within 1e-5 of the largest |r_i| of exact arithmetic, with ratios of w and of w_r up to 1000. Near the
     /// place where w_r is 0 the quotients are as large as they are; infinite where f32 ends. It may be that
     /// `by` and the numerators are interpolated in different ways.
+    #[inline(always)]
     #[must_use]
     pub fn divided<const K: usize>(&self, params: [usize; K], by: usize) -> Option<[f32; K]> {
         let (numerators, _, per) = self.cluster(params, by)?;
@@ -87,6 +88,7 @@ impl<const N: usize> Fragment<'_, N> {
 
     /// The derivatives of a [cluster](Self::divided): of each r_i with respect to screen x (to the right) and
     /// screen y (down), per pixel, by the quotient rule.
+    #[inline(always)]
     #[must_use]
     pub fn divided_derivatives<const K: usize>(
         &self,
@@ -100,6 +102,7 @@ impl<const N: usize> Fragment<'_, N> {
 
     /// The footprint of a texture coordinate that is a [cluster](Self::divided): parameters `u` and `v` divided
     /// by parameter `by`.
+    #[inline(always)]
     #[must_use]
     pub fn divided_footprint(&self, [u, v]: [usize; 2], by: usize) -> Option<Footprint> {
         let (s, q, per) = self.cluster([u, v], by)?;
@@ -152,10 +155,19 @@ impl<const N: usize> Fragment<'_, N> {
         let surface = self.origin.surface;
         let x = self.x.wrapping_sub(surface.base.corner.0);
         if surface.needs_edges() {
-            return surface.in_run(&self.origin.run()).with_slopes(component, x);
+            return self.undivided_by_edges(component, x);
         }
         let row = self.origin.runs.y + self.origin.row as i32;
         surface.at_pixel(component, x, row)
+    }
+
+    /// The same where some values have no planes.
+    #[cold]
+    fn undivided_by_edges(&self, component: Component, x: i32) -> ScreenPlane {
+        let mut found = [ScreenPlane::default()];
+        let run = self.origin.surface.in_run(&self.origin.run());
+        run.with_slopes(component, x, &mut found);
+        found[0]
     }
 }
 
@@ -185,7 +197,7 @@ impl<const N: usize> FragmentBlock<'_, N> {
         if by >= N || params.iter().any(|&i| i >= N) {
             return (values, 0);
         }
-        if self.surface.mixed.is_some() {
+        if self.surface.base.divide == Divide::Mixed {
             return self.mixed_divided(params, by);
         }
         let (per, lit) = self.reciprocals(by);
@@ -207,8 +219,11 @@ impl<const N: usize> FragmentBlock<'_, N> {
         if by >= N || u >= N || v >= N {
             return (found, 0);
         }
-        if self.surface.mixed.is_some() {
+        if self.surface.base.divide == Divide::Mixed {
             return self.mixed_divided_footprint([u, v], by);
+        }
+        if self.surface.needs_edges() {
+            return self.divided_footprint_by_edges([u, v], by);
         }
         let (per, lit) = self.reciprocals(by);
         let q = self.surface.plane(Component::S(by));
@@ -235,9 +250,39 @@ impl<const N: usize> FragmentBlock<'_, N> {
         (per, lit & self.visible)
     }
 
-    /// A parameter as it is interpolated, before any division, where all have planes.
+    /// The same where some parameters have no planes.
+    #[cold]
+    fn divided_footprint_by_edges(&self, uv: [usize; 2], by: usize) -> (FootprintBlock, u32) {
+        let mut found = FootprintBlock::default();
+        let (per, lit) = self.reciprocals(by);
+        let q = self.undivided_by_edges(by);
+        for (axis, i) in uv.into_iter().enumerate() {
+            let s = self.undivided_by_edges(i);
+            for lane in 0..LANES {
+                found.uv[axis][lane] = (s[lane].value * per[lane]) as f32;
+                [found.dx[axis][lane], found.dy[axis][lane]] = slopes(s[lane], q[lane], per[lane]);
+            }
+        }
+        (found, lit)
+    }
+
+    /// A parameter as it is interpolated, before any division, with its slopes, whatever it is found by.
+    #[cold]
+    fn undivided_by_edges(&self, i: usize) -> [ScreenPlane; LANES] {
+        let mut found = [ScreenPlane::default(); LANES];
+        for ((x, row), found) in self.halves.into_iter().zip(found.chunks_mut(HALF_BLOCK)) {
+            let run = self.surface.in_run(&self.runs.run(row));
+            run.with_slopes(Component::S(i), x, found);
+        }
+        found
+    }
+
+    /// A parameter as it is interpolated, before any division.
     #[inline(always)]
     fn undivided(&self, i: usize) -> [f64; LANES] {
+        if self.surface.needs_edges() {
+            return self.undivided_by_edges(i).map(|found| found.value);
+        }
         let (base, plane) = (self.surface.base, self.surface.plane(Component::S(i)));
         let mut s = [0.0; LANES];
         for (half, (x, row)) in self.halves.into_iter().enumerate() {

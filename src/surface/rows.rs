@@ -318,13 +318,13 @@ impl InRun<'_> {
         }
     }
 
-    /// A value at the centre of a column, and its slopes, whatever it is found by.
-    #[cold]
-    pub(crate) fn with_slopes(&self, component: Component, x: i32) -> ScreenPlane {
-        ScreenPlane {
-            value: self.at(component, x),
-            dx: self.slope(component),
-            dy: self.downwards(component, x),
+    /// A value at the centres of neighbouring columns, with its slopes, whatever it is found by.
+    pub(crate) fn with_slopes(&self, component: Component, x: i32, found: &mut [ScreenPlane]) {
+        let ((start, delta), dx) = (self.along(component), self.slope(component));
+        let first = f64::from(self.first[0]);
+        for (x, found) in (x..).zip(found) {
+            let value = start + delta * (f64::from(x) - first);
+            *found = ScreenPlane { value, dx, dy: self.downwards(component, x) };
         }
     }
 
