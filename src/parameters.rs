@@ -152,4 +152,6 @@ pub use self::quad::quad;
 pub use self::subdivision::Subdivision;
 
 #[cfg(doc)]
-use crate::{Fragment, FragmentBlock, Interpolation};
+use crate::fragment::{Fragment, FragmentBlock};
+#[cfg(doc)]
+use crate::vertex::Interpolation;

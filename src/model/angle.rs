@@ -1,7 +1,9 @@
 //! Angles, by arithmetic that is the same everywhere: the platform's functions are not.
 
+#[cfg(any(test, feature = "gltf"))]
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+#[cfg(any(test, feature = "gltf"))]
 use glam::Vec2;
 
 /// The cosine of an angle from 0 to pi, by its power series. The first term left out is pi^32 / 32!,
@@ -17,6 +19,7 @@ pub(super) fn cosine(angle: f64) -> f64 {
 
 /// The cosine and the sine of any angle in radians, to the precision of `f32`; those of 0 for one that is
 /// not finite.
+#[cfg(any(test, feature = "gltf"))]
 pub(crate) fn direction(angle: f32) -> Vec2 {
     if angle == 0.0 || !angle.is_finite() {
         return Vec2::X;
