@@ -1,8 +1,8 @@
 """Exact polygon rasterization on the CPU.
 
-`rasterize` finds the face, the depth and the barycentrics that are seen at each pixel; `interpolate` and `texture` make
-pictures of them, `bake` lays a mesh out in a texture; `render` draws whole models. Cameras are `Camera`s: OpenCV's, perspective, orthographic, or any projection
-matrix.
+`rasterize` finds the face, the depth and the barycentrics that are seen at each pixel, `bake` those at each texel of a
+texture; `interpolate` and `texture` make pictures of them; `render` draws whole models. Cameras are `Camera`s: OpenCV's,
+perspective, orthographic, or any projection matrix.
 
 Pictures have their first row at the top, and pixel (i, j) is sampled at its centre, (i + 0.5, j + 0.5). Nothing is
 global: threads are set by each call, and a process may fork.
