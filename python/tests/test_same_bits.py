@@ -26,7 +26,7 @@ class Numbers:
 def fnv(data: bytes) -> int:
     total = 0xCBF29CE484222325
     for byte in data:
-        total = (total ^ byte) * 0x1000001B3 % 2**64
+        total = (total ^ byte) * 0x100000001B3 % 2**64
     return total
 
 

@@ -5,7 +5,7 @@ use polyscan::render::{Product, Visibility, VisibilityRenderer};
 use polyscan::{Mesh, Vertex};
 
 /// Of all that is seen in the scene, here and in Python. What is right is for other tests to say.
-const HASH: u64 = 0x3424_806a_f2c7_e3a4;
+const HASH: u64 = 0x1baf_3be8_f2c7_e3a4;
 
 /// Numbers from 0 to 1 in steps of 2^-24, by a linear congruential generator (Knuth's MMIX).
 fn number(state: &mut u64) -> f32 {
