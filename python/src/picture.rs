@@ -226,11 +226,16 @@ impl<'a> Scene<'a> {
     /// The colour of a surface: lit alike from both sides, for many files have faces that are turned over.
     fn shade(&self, fragment: &Fragment<'_, N>) -> Over {
         let Surface { normal, color, .. } = fragment.params.into();
-        let material = self.faces[fragment.face as usize].material;
+        let material = &self.model.materials[self.faces[fragment.face as usize].material];
         // The texture coordinates are the first two of the surface's values.
-        let color = self.model.color_at(material, &fragment.footprint(0, 1), color);
+        let (seen, textures) = (fragment.footprint(0, 1), &self.model.textures);
+        let color = material.color_at(textures, &seen, color);
         let light = 0.2 + 0.8 * normal.normalize_or_zero().dot(self.lamp).abs();
-        Over((color.truncate() * light).extend(color.w))
+        let mut sent = color.truncate() * light;
+        if material.is_emissive() {
+            sent += material.emission_at(textures, &seen) * color.w;
+        }
+        Over(sent.extend(color.w))
     }
 
     fn draw(&self, frame: &mut Framebuffer<Vec4>, viewport: Viewport, how: &How) {

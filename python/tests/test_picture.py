@@ -34,7 +34,7 @@ f 4 1 5 8
 
 @pytest.fixture
 def cube(tmp_path: pathlib.Path) -> pathlib.Path:
-    (tmp_path / "m.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.2 0.9\n")
+    (tmp_path / "m.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nKe 0.1 0.3 0.0\nnewmtl blue\nKd 0.1 0.2 0.9\n")
     (tmp_path / "cube.obj").write_text(OBJ)
     return tmp_path / "cube.obj"
 
