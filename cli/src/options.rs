@@ -142,7 +142,6 @@ pub(crate) enum Command {
 /// filter of textures, A more samples a pixel, W wireframe, E edges, T turn by itself, P save a picture,
 /// arrows turn, + and - come nearer and go away, 0 as at first, Q quit.
 #[derive(Debug, Args)]
-#[cfg_attr(not(feature = "view"), expect(dead_code, reason = "it is read by the window"))]
 pub(crate) struct ViewOptions {
     /// The model
     pub(crate) model: PathBuf,

@@ -344,6 +344,27 @@ fn errors_are_sentences_and_leave_nothing() {
     }
 }
 
+/// File managers ask for names without an ending.
+#[cfg(unix)]
+#[test]
+fn file_managers_get_thumbnails() {
+    let folder = Folder::new();
+    let entry = include_str!("../data/polyscan.thumbnailer");
+    let line = entry.lines().find_map(|line| line.strip_prefix("Exec=")).expect("a command");
+    let line = line.replace("%i", "'cube.obj'").replace("%s", "32").replace("%o", "'.thumb'");
+    let tool = PathBuf::from(env!("CARGO_BIN_EXE_polyscan"));
+    let tools = tool.parent().expect("a folder").to_owned();
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths([tools].into_iter().chain(std::env::split_paths(&path)));
+    let done = Command::new("sh")
+        .args(["-c", &line])
+        .current_dir(folder.0.path())
+        .env("PATH", path.expect("paths"))
+        .status();
+    assert!(done.expect("a shell").success());
+    assert_eq!(folder.picture(".thumb").size, (32, 32));
+}
+
 #[test]
 fn it_says_what_it_can_do() {
     let folder = Folder::new();

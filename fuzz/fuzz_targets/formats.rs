@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! mkdir -p fuzz/corpus/formats
-//! cargo +nightly fuzz run -s none formats fuzz/corpus/formats -- -max_len=4096 -timeout=10 \\
-//!     -rss_limit_mb=2048
+//! cargo +nightly fuzz run -s none formats fuzz/corpus/formats fuzz/seeds/formats -- \
+//!     -max_len=4096 -timeout=10 -rss_limit_mb=2048
 //! ```
 //!
 //! An input is one byte that chooses the name, and the bytes of the file.

@@ -40,6 +40,16 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Found, String> {
 
 /// The document, whose indices all refer to something, and the bytes that come with it.
 fn parse(bytes: &[u8], found: &mut Found) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
+    if let Some([_, _, _, _, a, b, c, d, ..]) = bytes.strip_prefix(b"glTF") {
+        // The crate trusts it.
+        let (length, there) = (u32::from_le_bytes([*a, *b, *c, *d]) as usize, bytes.len());
+        if length > there {
+            return Err(format!("it ends after {there} of its {length} bytes; was it cut off?"));
+        }
+        if length < MIN_GLB {
+            return Err(format!("its head says that it has {length} bytes, which is too few"));
+        }
+    }
     let wrong = |error: gltf::Error| match is_version_1(bytes) {
         true => "it is glTF 1.0, which is not read: convert it to glTF 2.0".into(),
         false => format!("it is no glTF file that can be read: {}", sentence(&error)),
@@ -85,6 +95,9 @@ fn parse(bytes: &[u8], found: &mut Found) -> Result<(gltf::Document, Option<Vec<
     })?;
     Ok((document, blob))
 }
+
+/// The bytes of a GLB file's head, and of the head of its first chunk.
+const MIN_GLB: usize = 20;
 
 /// Extensions without which there is no geometry.
 const COMPRESSIONS: [&str; 3] =

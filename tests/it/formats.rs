@@ -256,9 +256,15 @@ fn gltf_is_read_as_other_programs_write_it() {
     assert!(loaded.warnings[0].contains("refers to vertex 3"), "{:?}", loaded.warnings);
 
     let old = r#"{"asset":{"version": "1.0"},"accessors":{"a":{}},"meshes":{}}"#;
-    for old in [old.as_bytes(), b"glTF\x01\0\0\0\x20\0\0\0"] {
+    for old in [old.as_bytes(), b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0"] {
         let error = read(old, "a.gltf").expect_err("the first version").to_string();
         assert!(error.contains("glTF 1.0"), "{error}");
+    }
+    // Found by fuzzing: a length that does not reach to the end of the head.
+    let glb = |length: u32| [b"glTF\x02\0\0\0", &length.to_le_bytes()[..], &[0; 8]].concat();
+    for (length, says) in [(6, "has 6 bytes"), (99, "after 20 of its 99 bytes"), (20, "no glTF")] {
+        let error = read(glb(length), "a").expect_err("no model").to_string();
+        assert!(error.contains(says), "{error}");
     }
     for word in ["extensionsRequired", "extensionsUsed"] {
         let packed = format!(r#"{{"{word}":["KHR_draco_mesh_compression"],"#);
