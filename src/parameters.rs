@@ -138,6 +138,12 @@
 //!
 //! A unit normal is not affine: the mean of two is shorter. Interpolate the normal, and normalize it in the shader; the
 //! same holds for light and reflections, which are computed from positions, normals and texture coordinates.
+//!
+//! [`Fragment::divided`]: crate::Fragment::divided
+//! [`FragmentBlock::divided`]: crate::FragmentBlock::divided
+//! [`Interpolation::Perspective`]: crate::Interpolation::Perspective
+//! [`Interpolation::Linear`]: crate::Interpolation::Linear
+//! [`Interpolation::Flat`]: crate::Interpolation::Flat
 
 mod error;
 mod projective;
@@ -150,8 +156,3 @@ pub use self::polygon::PolygonValues;
 pub use self::projective::Projective;
 pub use self::quad::quad;
 pub use self::subdivision::Subdivision;
-
-#[cfg(doc)]
-use crate::fragment::{Fragment, FragmentBlock};
-#[cfg(doc)]
-use crate::vertex::Interpolation;
