@@ -176,7 +176,7 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
 
     /// A value that is linear along the rows.
     #[inline(always)]
-    fn along<L: Lines<Rows = R>>(&self, line: &L) -> f32x16<S> {
+    pub(crate) fn along<L: Lines<Rows = R>>(&self, line: &L) -> f32x16<S> {
         let (at, delta) = line.get(self.simd(), self.rows);
         self.steps * delta + at
     }
@@ -232,12 +232,6 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
                 per_unit * (1.0 / surface.base.w_unit) as f32
             }
         }
-    }
-
-    /// The depths at the centres, not brought into the polygon's range.
-    #[inline(always)]
-    pub(crate) fn unlimited_depth(&self, values: &RowValues) -> f32x16<S> {
-        self.linear(&values.z)
     }
 
     /// Depth, the w of clip space and the parameters at places off the pixels' centres, in pixels to the
@@ -320,6 +314,59 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
             if has_limits {
                 *param = limited(*param, mixed.limits[i]);
             }
+        }
+    }
+}
+
+/// The values along one row of a polygon that has planes, at the pixels' centres: as
+/// [`Block::off_centre`] has them there, to the bit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AtCentres<const N: usize> {
+    pub(crate) z: SpanLine,
+    inv_w: SpanLine,
+    s: [SpanLine; N],
+    /// The zeros that are added for a place that is the centre.
+    zeros: [f32; N],
+    zero: f32,
+}
+
+impl<const N: usize> AtCentres<N> {
+    #[inline(always)]
+    pub(crate) fn new(surface: &SurfaceView<'_>, values: &RowValues, row: usize) -> Option<Self> {
+        if surface.mixed.is_some() {
+            return None;
+        }
+        let zero = |plane: &ScreenPlane| 0.0 * plane.dx as f32 + 0.0 * plane.dy as f32;
+        let (mut s, mut zeros) = ([SpanLine::default(); N], [0.0; N]);
+        let lines = values.s.first_chunk::<N>()?;
+        for (i, (s, zeros)) in s.iter_mut().zip(&mut zeros).enumerate() {
+            *s = SpanLine::of(&lines[i], row);
+            *zeros = zero(&surface.params[i].of(surface.lane));
+        }
+        let [z, inv_w] = [SpanLine::of(&values.z, row), SpanLine::of(&values.inv_w, row)];
+        Some(Self { z, inv_w, s, zeros, zero: zero(&surface.base.inv_w) })
+    }
+}
+
+impl<S: Simd> Block<S, OneRow> {
+    /// The w of clip space and the parameters at the centres.
+    #[inline(always)]
+    pub(crate) fn at_centres<const N: usize>(
+        &self,
+        surface: &SurfaceView<'_>,
+        along: &AtCentres<N>,
+        found: Found<'_, N>,
+    ) {
+        let Found { w, per_w, params } = found;
+        let mut per_unit = f32x16::splat(self.simd(), 1.0);
+        if let WRange::Varying { w: w_range, inv_w: inv_w_range } = surface.base.w {
+            let inv_w = self.along(&along.inv_w) + along.zero;
+            per_unit = reciprocal(clamped(inv_w, inv_w_range));
+            *w = clamped(per_unit * surface.base.w_unit as f32, w_range).into();
+            *per_w = per_unit.into();
+        }
+        for (param, (line, zero)) in params.iter_mut().zip(along.s.iter().zip(along.zeros)) {
+            *param = ((self.along(line) + zero) * per_unit).into();
         }
     }
 }

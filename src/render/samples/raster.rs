@@ -68,6 +68,8 @@ struct Pieces {
     groups: Vec<RunGroup>,
     values: RowValues,
     blocks: Vec<SampleBlock>,
+    /// The first pixels of each row that a sample covers, a bit a pixel.
+    bits: Vec<[u16; ROWS]>,
 }
 
 impl FaceRaster for SampleRaster {
@@ -171,6 +173,19 @@ impl Drawing<'_, '_> {
     #[inline(always)]
     fn draw_group(&mut self, all: &RunGroup, pieces: &mut Pieces) {
         let columns = self.start(all, pieces);
+        let Pieces { bits, groups, .. } = pieces;
+        bits.resize(groups.len(), [0; ROWS]);
+        // Plain loops without branches, which become SIMD.
+        for (bits, group) in bits.iter_mut().zip(groups) {
+            for (row, bits) in bits.iter_mut().enumerate() {
+                let half = HALF_BLOCK as i32;
+                let width = columns.width[row].min(half);
+                let start = (group.start[row] - columns.start[row]).max(0).min(half);
+                let end = (group.end[row] - columns.start[row]).max(0).min(width);
+                let below = |lane: i32| (1i32 << lane) - 1;
+                *bits = (below(end) & !below(start)) as u16;
+            }
+        }
         let mut row = 0;
         while row < all.len {
             let widths = [columns.width[row], columns.width[row + 1]];
@@ -235,13 +250,9 @@ impl Drawing<'_, '_> {
         if widths[1] == 0 {
             block.at[1] = block.at[0].wrapping_add(HALF_BLOCK);
         }
-        let half = |group: &RunGroup, half: usize| {
-            let (row, start) = (rows[half], columns.start[rows[half]]);
-            bits(group.start[row] - start, (group.end[row] - start).min(widths[half])) & 0xff
-        };
         block.all = u32::MAX;
-        for (covered, group) in block.covered.iter_mut().zip(&pieces.groups) {
-            *covered = half(group, 0) | half(group, 1) << HALF_BLOCK;
+        for (covered, bits) in block.covered.iter_mut().zip(&pieces.bits) {
+            *covered = bits[row] | bits[row + 1] << HALF_BLOCK;
             block.all &= u32::from(*covered);
             block.any |= u32::from(*covered);
         }

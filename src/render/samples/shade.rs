@@ -10,7 +10,7 @@ use fearless_simd::{
 
 use crate::coverage::run::ROWS;
 use crate::fragment::FragmentBlock;
-use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES, Lanes, TwoRows};
+use crate::fragment::block::{ALL, AtCentres, Block, HALF_BLOCK, LANES, Lanes, TwoRows};
 use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
 use crate::render::samples::frame::Tile;
@@ -298,37 +298,27 @@ fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
                 };
                 (part, whole_tiles) = (*next, next.whole_tiles);
             }
+            if K::IS_BY_PIXEL && whole_tiles > 0 {
+                whole_tiles -=
+                    draw_tiles(simd, patch, &mut memory, (&mut part, whole_tiles), shader);
+                if whole_tiles == 0 {
+                    continue;
+                }
+            }
             let block = Block::in_two_rows(simd, part.rows, part.steps);
             let column = |half: usize| {
                 (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
             };
-            let halves = [column(0), column(1)];
-            let mut depth_there = [0.0; LANES];
-            if K::IS_BY_PIXEL && whole_tiles > 0 {
-                let depth = block.unlimited_depth(values);
-                if memory.is_whole_visible(patch, &part, depth, K::REPLACES)
-                    && let Some(colors) = memory.colors.get_mut(part.at[0]..)
-                    && let Some(colors) = colors.first_chunk_mut()
-                {
-                    let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
-                    let found = (&mut depth_there, fragments.found());
-                    block.off_centre(surface, values, s, &[[0.0; LANES]; 2], found);
-                    fragments.depth = depth_there;
-                    let drawn = shader.whole(&mut fragments, colors) & ALL;
-                    memory.store_whole(&part, depth, drawn);
-                    continue;
-                }
-            }
             memory.make_apart(&part);
             let tested = (surface, values, &mut visible[..count]);
             let any = memory.test(&block, &part, tested);
             if any == 0 {
                 continue;
             }
-            let mut fragments = FragmentBlock::new(surface, runs, halves, any);
-            let places = places(&part, set);
-            block.off_centre(surface, values, s, &places, (&mut depth_there, fragments.found()));
-            fragments.depth = depth_there;
+            let mut fragments = FragmentBlock::new(surface, runs, [column(0), column(1)], any);
+            let (places, mut depth) = (places(&part, set), [0.0; LANES]);
+            block.off_centre(surface, values, s, &places, (&mut depth, fragments.found()));
+            fragments.depth = depth;
             let (colors, stride) = (&mut *memory.colors, set.stride);
             let visible = &mut visible[..count];
             let samples = SampleColors { colors, at: part.at, stride, visible: &mut *visible };
@@ -340,54 +330,54 @@ fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
     }
 }
 
-impl<C: Copy> Memory<'_, C> {
-    /// Whether a block that covers all samples of a tile is visible at all of them, and drawing it leaves
-    /// the tile whole.
-    #[inline(always)]
-    fn is_whole_visible<S: Simd>(
-        &self,
-        patch: &Patch<'_>,
-        part: &SampleBlock,
-        depth: f32x16<S>,
-        replaces: bool,
-    ) -> bool {
-        let SampleBlocks { places, change, comparison, stride, .. } = *self.set;
-        let (simd, [(tile, place), _]) = (depth.simd, part.tiles);
-        let Some(tile) = self.tiles.get(tile) else { return false };
-        let is_tile = place == 0 && part.at[1] == part.at[0].wrapping_add(HALF_BLOCK);
-        let can_be_whole = self.set.writes && !self.set.is_inverse_w && (tile.is_whole || replaces);
-        if !is_tile || !can_be_whole {
-            return false;
-        }
-        let (mut least, mut most, mut least_old) = (0.0f32, 0.0f32, 0.0f32);
-        for place in places {
-            let new = Tile::change_at(change, *place);
-            (least, most) = (least.min(new), most.max(new));
-            least_old = least_old.min(Tile::change_at(tile.change, *place));
-        }
-        let first = load(simd, self.depths, part.at, 0);
-        let mut passes = ALL;
-        // Most blocks are clearly nearer.
-        let is_clear = comparison == Comparison::Less
-            && tile.is_whole
-            && comparison.passes(depth + most, first + least_old) & ALL == ALL;
-        if !is_clear {
-            for (sample, place) in places.iter().enumerate() {
-                let old = if tile.is_whole {
-                    first + Tile::change_at(tile.change, *place)
-                } else {
-                    load(simd, self.depths, part.at, sample * stride)
-                };
-                passes &= comparison.passes(depth + Tile::change_at(change, *place), old);
+/// Draws tiles whose samples are all covered, as long as all of these are visible. Returns how many it
+/// has drawn, and leaves the block at the next.
+#[inline(always)]
+fn draw_tiles<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
+    simd: S,
+    patch: &Patch<'_>,
+    memory: &mut Memory<'_, C>,
+    (part, count): (&mut SampleBlock, usize),
+    shader: &mut K,
+) -> usize {
+    let Patch { surface, runs, values } = *patch;
+    let Some(along) = AtCentres::<N>::new(surface, values, part.rows[0]) else { return 0 };
+    let mut block = Block::in_row(simd, part.rows[0], part.steps[0]);
+    let row = part.rows[0] % ROWS;
+    let mut done = 0;
+    while done < count {
+        for _ in 0..NEST.min(count - done) {
+            let depth = block.along(&along.z);
+            let colors = memory.colors.get_mut(part.at[0]..).and_then(<[C]>::first_chunk_mut);
+            let Some(colors) = colors else {
+                rarely();
+                return done;
+            };
+            let x = values.x[row] + part.steps[0] as i32;
+            let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
+            if !is_whole_visible(
+                (memory.set, memory.tiles, memory.depths),
+                patch,
+                part,
+                (depth, K::REPLACES),
+            ) {
+                rarely();
+                return done;
             }
+            let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
+            block.at_centres(surface, &along, fragments.found());
+            fragments.depth = block.depth_along(&along.z, surface.base.z_range).into();
+            let drawn = shader.whole(&mut fragments, colors) & ALL;
+            memory.store_whole(part, depth, drawn);
+            done += 1;
+            part.advance();
+            block.advance();
         }
-        // Within the polygon's range as they are.
-        let (min, max) = patch.surface.base.z_range;
-        passes &= Comparison::GreaterEqual.passes(depth + least, f32x16::splat(simd, min));
-        passes &= Comparison::LessEqual.passes(depth + most, f32x16::splat(simd, max));
-        passes & ALL == ALL
     }
+    done
+}
 
+impl<C: Copy> Memory<'_, C> {
     /// Stores the depths of a tile's pixels that were drawn, if all were as a whole.
     #[inline(always)]
     fn store_whole<S: Simd>(&mut self, part: &SampleBlock, depth: f32x16<S>, drawn: u32) {
@@ -489,6 +479,52 @@ impl<C: Copy> Memory<'_, C> {
             store(block.simd(), self.depths, at, (*drawn, new));
         }
     }
+}
+
+/// Whether a block that covers all samples of a tile is visible at all of them, and drawing it leaves the tile
+/// whole.
+#[inline(always)]
+fn is_whole_visible<S: Simd>(
+    (set, tiles, depths): (&SampleBlocks<'_>, &[Tile], &[f32]),
+    patch: &Patch<'_>,
+    part: &SampleBlock,
+    (depth, replaces): (f32x16<S>, bool),
+) -> bool {
+    let SampleBlocks { places, change, comparison, stride, .. } = *set;
+    let (simd, [(tile, place), _]) = (depth.simd, part.tiles);
+    let Some(tile) = tiles.get(tile) else { return false };
+    let is_tile = place == 0 && part.at[1] == part.at[0].wrapping_add(HALF_BLOCK);
+    let can_be_whole = set.writes && !set.is_inverse_w && (tile.is_whole || replaces);
+    if !is_tile || !can_be_whole {
+        return false;
+    }
+    let (mut least, mut most, mut least_old) = (0.0f32, 0.0f32, 0.0f32);
+    for place in places {
+        let new = Tile::change_at(change, *place);
+        (least, most) = (least.min(new), most.max(new));
+        least_old = least_old.min(Tile::change_at(tile.change, *place));
+    }
+    let first = load(simd, depths, part.at, 0);
+    let mut passes = ALL;
+    // Most blocks are clearly nearer.
+    let is_clear = comparison == Comparison::Less
+        && tile.is_whole
+        && comparison.passes(depth + most, first + least_old) & ALL == ALL;
+    if !is_clear {
+        for (sample, place) in places.iter().enumerate() {
+            let old = if tile.is_whole {
+                first + Tile::change_at(tile.change, *place)
+            } else {
+                load(simd, depths, part.at, sample * stride)
+            };
+            passes &= comparison.passes(depth + Tile::change_at(change, *place), old);
+        }
+    }
+    // Within the polygon's range as they are.
+    let (min, max) = patch.surface.base.z_range;
+    passes &= Comparison::GreaterEqual.passes(depth + least, f32x16::splat(simd, min));
+    passes &= Comparison::LessEqual.passes(depth + most, f32x16::splat(simd, max));
+    passes & ALL == ALL
 }
 
 /// Where the pixels of a block are shaded: at their centres where all samples are covered, elsewhere at the
