@@ -1,8 +1,13 @@
-//! Where the samples of a pixel are: the standard patterns of Direct3D 11 and Vulkan.
+//! Where the samples of a pixel are: the standard patterns of Direct3D 11 and Vulkan. Of 4:
 //!
 //! ```text
-//!     4 samples          8 samples          16 samples, in 16ths of a pixel from the top left
-//!     +------o-----------+ ...
+//!     +-------------------+     in 16ths of a pixel from its centre, to the right and downwards:
+//!     |      0            |
+//!     |               1   |     0 (-2, -6)    1 (6, -2)
+//!     |         .         |     2 (-6, 2)     3 (2, 6)
+//!     |   2               |
+//!     |            3      |
+//!     +-------------------+
 //! ```
 
 use crate::render::shader::MOST_SAMPLES;
