@@ -111,6 +111,7 @@ where
 
 impl<const N: usize, C, R, F> SampleShader<C, N> for PerFragment<F, R>
 where
+    C: Copy,
     R: Paint<C> + Copy,
     F: FragmentFunction<R, N>,
 {
