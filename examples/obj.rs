@@ -4,6 +4,7 @@
 //! cargo run --release --example obj -- --yaw -40 examples/assets/cottage.obj
 //! cargo run --release --example obj -- --turntable 60 --size 400x300
 //! cargo run --release --example obj -- --wireframe visible
+//! cargo run --release --example obj -- --samples 16 --background none --output target/cut_out.png
 //! ```
 
 use std::error::Error;
@@ -14,10 +15,10 @@ use std::process::ExitCode;
 use indicatif::{ProgressBar, ProgressIterator as _, ProgressStyle};
 use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::color::{Color, decode};
-use polyscan::glam::Vec3;
+use polyscan::glam::{Vec3, Vec4};
 use polyscan::model::{Face, Model};
 use polyscan::obj::Loader;
-use polyscan::render::{Cap, Join};
+use polyscan::render::{Cap, Join, MultisampleFramebuffer, MultisampleRenderer, Samples};
 use polyscan::{
     Camera, Cull, DepthBias, Fragment, Framebuffer, Lines, Mesh, ScanlineRenderer, Vertex,
     ZBufferRenderer,
@@ -47,14 +48,17 @@ Options:
                               to 999, that takes four seconds
       --wireframe <LINES>     Draw the edges of the faces instead, each once: all, or the visible ones
       --cull                  Leave out faces that are seen from behind
-      --background <COLOUR>   Background colour, sRGB in hexadecimal [default: d8e2ea]
+      --background <COLOUR>   Background colour, sRGB in hexadecimal, or none for a transparent one
+                              [default: d8e2ea]
+      --samples <COUNT>       Samples a pixel: 1, 4, 8 or 16; glass, cut-outs and lines have 4 of their
+                              own [default: 8]
       --crease <DEGREES>      Computed normals are smooth where faces meet at less than this
                               [default: 60]
   -h, --help                  Show this help
 ";
 
-/// Each pixel is the mean of this many samples in x and in y.
-const SAMPLES: u32 = 2;
+/// Where something is transparent, and of lines, each pixel is the mean of this many others in x and in y.
+const SUPERSAMPLES: u32 = 2;
 
 /// The colour of lines.
 const INK: Vec3 = Vec3::new(0.02, 0.03, 0.06);
@@ -91,17 +95,19 @@ fn render(
     model: &Model,
     options: &Options,
     turn: f32,
-) -> Result<Framebuffer<Vec3>, Box<dyn Error>> {
+) -> Result<Framebuffer<Vec4>, Box<dyn Error>> {
     let (width, height) = options.size;
-    let background = Vec3::from(options.background.map(decode));
-    let mut frame = Framebuffer::new(width * SAMPLES, height * SAMPLES, background)?;
+    let background =
+        options.background.map_or(Vec4::ZERO, |rgb| Vec3::from(rgb.map(decode)).extend(1.0));
     let view = View { yaw: options.view.yaw + turn, ..options.view.clone() };
     let camera = view.turned(model.camera(width as f32 / height as f32));
     let lamp = Lamp::beside(&camera);
 
+    let large = || Framebuffer::new(width * SUPERSAMPLES, height * SUPERSAMPLES, background);
     if let Some(wireframe) = options.wireframe {
+        let mut frame = large()?;
         draw_wireframe(&mut frame, model, &camera, wireframe);
-        return Ok(frame.downsampled(SAMPLES)?);
+        return Ok(frame.downsampled(SUPERSAMPLES)?);
     }
     let vertices = studio::vertices(model, camera.clip_from_object());
     // Fragments know the number of their face, the list knows its material.
@@ -115,20 +121,30 @@ fn render(
         // Glass and cut-outs in their true order, which a z-buffer does not know.
         let is_transparent = |face| model.materials[faces[face as usize].material].is_transparent();
         let mesh = Mesh::new(&vertices, &faces).with_transparent(&is_transparent);
+        let mut frame = large()?;
         let mut renderer = ScanlineRenderer::new(frame.viewport());
         renderer.settings.cull = cull;
         renderer.draw(&mut frame, mesh, shader);
-    } else {
+        return Ok(frame.downsampled(SUPERSAMPLES)?);
+    }
+    let mesh = Mesh::new(&vertices, &faces);
+    let Some(samples) = options.samples else {
+        let mut frame = Framebuffer::new(width, height, background)?;
         let mut renderer = ZBufferRenderer::new(frame.viewport());
         renderer.settings.cull = cull;
-        renderer.draw(&mut frame, Mesh::new(&vertices, &faces), shader);
-    }
-    Ok(frame.downsampled(SAMPLES)?)
+        renderer.draw(&mut frame, mesh, shader);
+        return Ok(frame);
+    };
+    let mut frame = MultisampleFramebuffer::new(width, height, samples, background)?;
+    let mut renderer = MultisampleRenderer::new(frame.viewport());
+    renderer.settings.cull = cull;
+    renderer.draw(&mut frame, mesh, shader);
+    Ok(frame.resolve()?)
 }
 
 /// Draws the edges of the model, those that its faces hide left out on demand.
 fn draw_wireframe(
-    frame: &mut Framebuffer<Vec3>,
+    frame: &mut Framebuffer<Vec4>,
     model: &Model,
     camera: &Camera,
     wireframe: Wireframe,
@@ -142,8 +158,9 @@ fn draw_wireframe(
         renderer.draw_depth(frame, mesh.clone());
         renderer.settings.depth_bias = DepthBias::default();
     }
-    let lines = Lines::edges_of(&mesh).with_width(1.25 * SAMPLES as f32).with_join(Join::Bevel);
-    renderer.draw(frame, lines.with_cap(Cap::Round), |_| INK);
+    let lines =
+        Lines::edges_of(&mesh).with_width(1.25 * SUPERSAMPLES as f32).with_join(Join::Bevel);
+    renderer.draw(frame, lines.with_cap(Cap::Round), |_| INK.extend(1.0));
 }
 
 /// Writes an animated PNG file of pictures all around the model.
@@ -157,7 +174,7 @@ fn save_turntable(
         .with_style(ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left")?);
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, options.size.0, options.size.1);
-    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_color(png::ColorType::Rgba);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     // Again and again; the whole turn in four seconds.
     encoder.set_animated(pictures.into(), 0)?;
@@ -165,8 +182,8 @@ fn save_turntable(
     let mut writer = encoder.write_header()?;
     for i in (0..pictures).progress_with(bar) {
         let picture = render(model, options, 360.0 * f32::from(i) / f32::from(pictures))?;
-        let rgb = |color: &Vec3| color.to_srgb8().into_iter().take(3);
-        writer.write_image_data(&picture.color().iter().flat_map(rgb).collect::<Vec<_>>())?;
+        let rgba = |color: &Vec4| color.to_srgb8();
+        writer.write_image_data(&picture.color().iter().flat_map(rgba).collect::<Vec<_>>())?;
     }
     writer.finish()?;
 
@@ -199,7 +216,10 @@ struct Options {
     /// The number of pictures of a full turn; instead of one picture.
     turntable: Option<u16>,
     cull: bool,
-    background: [u8; 3],
+    /// `None` is transparent.
+    background: Option<[u8; 3]>,
+    /// `None` is one, at each pixel's centre.
+    samples: Option<Samples>,
     /// In degrees.
     crease: f32,
 }
@@ -213,7 +233,8 @@ impl Default for Options {
             size: (800, 600),
             turntable: None,
             cull: false,
-            background: [0xd8, 0xe2, 0xea],
+            background: Some([0xd8, 0xe2, 0xea]),
+            samples: Some(Samples::Eight),
             crease: 60.0,
         }
     }
@@ -246,6 +267,9 @@ impl Options {
                 Arg::Long("background") => {
                     options.background = parser.value()?.parse_with(parse_color)?;
                 }
+                Arg::Long("samples") => {
+                    options.samples = parser.value()?.parse_with(parse_samples)?;
+                }
                 Arg::Long("crease") => {
                     options.crease = parser.value()?.parse_with(parse_degrees)?;
                 }
@@ -265,8 +289,22 @@ fn parse_wireframe(text: &str) -> Result<Wireframe, &'static str> {
     }
 }
 
-fn parse_color(text: &str) -> Result<[u8; 3], &'static str> {
+fn parse_samples(text: &str) -> Result<Option<Samples>, &'static str> {
+    match text {
+        "1" => Ok(None),
+        "4" => Ok(Some(Samples::Four)),
+        "8" => Ok(Some(Samples::Eight)),
+        "16" => Ok(Some(Samples::Sixteen)),
+        _ => Err("there may be 1, 4, 8 or 16"),
+    }
+}
+
+fn parse_color(text: &str) -> Result<Option<[u8; 3]>, &'static str> {
+    if text == "none" {
+        return Ok(None);
+    }
     let number = u32::from_str_radix(text, 16).ok().filter(|_| text.len() == 6);
-    let [_, r, g, b] = number.ok_or("write it as six digits, such as ffcc00")?.to_be_bytes();
-    Ok([r, g, b])
+    let [_, r, g, b] =
+        number.ok_or("write it as six digits, such as ffcc00, or as none")?.to_be_bytes();
+    Ok(Some([r, g, b]))
 }

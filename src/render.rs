@@ -19,6 +19,11 @@
 //! | memory | the framebuffer | some rows, the faces that cross them, 24 bytes for each face | the framebuffer, some 80 bytes for each piece | the framebuffer |
 //! | drawing in steps | yes: depth stays in the framebuffer | a scene at once; over what a framebuffer holds | a tree at once, over what a framebuffer shows | as by tree |
 //!
+//! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own; the others draw large
+//! and take [`Framebuffer::downsampled`]. What is seen as numbers, faces and barycentrics, a
+//! [`VisibilityRenderer`] finds: by the z-buffer, and by the scanline renderer where several layers are
+//! wanted.
+//!
 //! The z-buffer's order of drawing matters to its time only: from front to back each pixel is shaded
 //! once. Times are in the project's PERFORMANCE.md.
 //!

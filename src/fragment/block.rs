@@ -13,7 +13,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFrom, SimdMask, f32x16, mask32x1
 
 use crate::coverage::run::ROWS;
 use crate::surface::base::{Divide, WRange};
-use crate::surface::mixed::Component;
+use crate::surface::mixed::{Component, Mixed};
 use crate::surface::plane::ScreenPlane;
 use crate::surface::rows::{RowLine, RowValues, SurfaceView};
 
@@ -176,7 +176,7 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
 
     /// A value that is linear along the rows.
     #[inline(always)]
-    fn along<L: Lines<Rows = R>>(&self, line: &L) -> f32x16<S> {
+    pub(crate) fn along<L: Lines<Rows = R>>(&self, line: &L) -> f32x16<S> {
         let (at, delta) = line.get(self.simd(), self.rows);
         self.steps * delta + at
     }
@@ -213,21 +213,23 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         }
     }
 
-    /// What is compared as depth, of a value along the rows: z, or 1/w in the polygon's unit.
+    /// What is compared as depth at a place off the pixels' centres: z, or 1/w, which is by `change` more there.
     #[inline(always)]
     pub(crate) fn compared(
         &self,
         surface: &SurfaceView<'_>,
-        line: &RowLine,
+        values: &RowValues,
+        change: f32,
         is_inverse_w: bool,
     ) -> f32x16<S> {
         if !is_inverse_w {
-            return clamped(self.linear(line), surface.base.z_range);
+            return clamped(self.linear(&values.z) + change, surface.base.z_range);
         }
         match surface.base.w {
             WRange::Constant { inv_w, .. } => f32x16::splat(self.simd(), inv_w),
             WRange::Varying { inv_w, .. } => {
-                clamped(self.linear(line), inv_w) * (1.0 / surface.base.w_unit) as f32
+                let per_unit = clamped(self.linear(&values.inv_w) + change, inv_w);
+                per_unit * (1.0 / surface.base.w_unit) as f32
             }
         }
     }
@@ -248,33 +250,30 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         RowLine: Lines<Rows = R>,
     {
         let simd = self.simd();
-        let [x, y] = [f32x16::simd_from(simd, places[0]), f32x16::simd_from(simd, places[1])];
-        let mixed = surface.mixed.filter(|_| surface.base.divide == Divide::Mixed);
-        let is_by_edges = |component| mixed.is_some_and(|mixed| mixed.is_by_edges(component));
-        // Where x and y are 0 this adds 0 only, so that a zero has one sign whatever is beside it.
-        let moved = |line: &RowLine, plane: &ScreenPlane, component| {
-            let at_centre = self.along(line);
-            if is_by_edges(component) {
-                return at_centre;
-            }
-            at_centre + (x * plane.dx as f32 + y * plane.dy as f32)
-        };
+        let places_x = f32x16::simd_from(simd, places[0]);
+        let places_y = f32x16::simd_from(simd, places[1]);
+        let moves = Moves { x: places_x, y: places_y, mixed: surface.mixed };
         let base = surface.base;
-        *depth = clamped(moved(&values.z, &base.z, Component::Z), base.z_range).into();
+        let z = moves.of(self.along(&values.z), &base.z, Component::Z);
+        *depth = clamped(z, base.z_range).into();
         let Found { w, per_w, params } = found;
         *w = [base.w.range().0; LANES];
         let mut per_unit = f32x16::splat(simd, 1.0);
         if let WRange::Varying { w: w_range, inv_w: inv_w_range } = base.w {
-            let inv_w = moved(&values.inv_w, &base.inv_w, Component::InvW);
+            let inv_w = moves.of(self.along(&values.inv_w), &base.inv_w, Component::InvW);
             per_unit = reciprocal(clamped(inv_w, inv_w_range));
             *w = clamped(per_unit * base.w_unit as f32, w_range).into();
             *per_w = per_unit.into();
         }
         for (i, (param, line)) in params.iter_mut().zip(s).enumerate() {
-            let s = moved(line, &surface.params[i].of(surface.lane), Component::S(i));
-            let times_w = mixed.is_none_or(|mixed| mixed.times_w[i]);
-            *param = if times_w { s * per_unit } else { s }.into();
-            if let Some(mixed) = mixed.filter(|mixed| mixed.has_limits) {
+            let plane = surface.params[i].of(surface.lane);
+            let s = moves.of(self.along(line), &plane, Component::S(i));
+            let Some(mixed) = moves.mixed else {
+                *param = (s * per_unit).into();
+                continue;
+            };
+            *param = if mixed.times_w[i] { s * per_unit } else { s }.into();
+            if mixed.has_limits {
                 *param = limited(*param, mixed.limits[i]);
             }
         }
@@ -316,6 +315,78 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
                 *param = limited(*param, mixed.limits[i]);
             }
         }
+    }
+}
+
+/// The values along one row of a polygon that has planes, at the pixels' centres: as
+/// [`Block::off_centre`] has them there, to the bit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AtCentres<const N: usize> {
+    pub(crate) z: SpanLine,
+    inv_w: SpanLine,
+    s: [SpanLine; N],
+    /// The zeros that are added for a place that is the centre.
+    zeros: [f32; N],
+    zero: f32,
+}
+
+impl<const N: usize> AtCentres<N> {
+    #[inline(always)]
+    pub(crate) fn new(surface: &SurfaceView<'_>, values: &RowValues, row: usize) -> Option<Self> {
+        if surface.mixed.is_some() {
+            return None;
+        }
+        let zero = |plane: &ScreenPlane| 0.0 * plane.dx as f32 + 0.0 * plane.dy as f32;
+        let (mut s, mut zeros) = ([SpanLine::default(); N], [0.0; N]);
+        let lines = values.s.first_chunk::<N>()?;
+        for (i, (s, zeros)) in s.iter_mut().zip(&mut zeros).enumerate() {
+            *s = SpanLine::of(&lines[i], row);
+            *zeros = zero(&surface.params[i].of(surface.lane));
+        }
+        let [z, inv_w] = [SpanLine::of(&values.z, row), SpanLine::of(&values.inv_w, row)];
+        Some(Self { z, inv_w, s, zeros, zero: zero(&surface.base.inv_w) })
+    }
+}
+
+impl<S: Simd> Block<S, OneRow> {
+    /// The w of clip space and the parameters at the centres.
+    #[inline(always)]
+    pub(crate) fn at_centres<const N: usize>(
+        &self,
+        surface: &SurfaceView<'_>,
+        along: &AtCentres<N>,
+        found: Found<'_, N>,
+    ) {
+        let Found { w, per_w, params } = found;
+        let mut per_unit = f32x16::splat(self.simd(), 1.0);
+        if let WRange::Varying { w: w_range, inv_w: inv_w_range } = surface.base.w {
+            let inv_w = self.along(&along.inv_w) + along.zero;
+            per_unit = reciprocal(clamped(inv_w, inv_w_range));
+            *w = clamped(per_unit * surface.base.w_unit as f32, w_range).into();
+            *per_w = per_unit.into();
+        }
+        for (param, (line, zero)) in params.iter_mut().zip(along.s.iter().zip(along.zeros)) {
+            *param = ((self.along(line) + zero) * per_unit).into();
+        }
+    }
+}
+
+/// How far the places where values are wanted are from the pixels' centres.
+struct Moves<'m, S: Simd> {
+    x: f32x16<S>,
+    y: f32x16<S>,
+    mixed: Option<&'m Mixed>,
+}
+
+impl<S: Simd> Moves<'_, S> {
+    /// What a value that has a plane is there. Where the moves are 0 this adds 0 only, so that a zero has
+    /// one sign whatever is beside it.
+    #[inline(always)]
+    fn of(&self, at_centre: f32x16<S>, plane: &ScreenPlane, component: Component) -> f32x16<S> {
+        if self.mixed.is_some_and(|mixed| mixed.is_by_edges(component)) {
+            return at_centre;
+        }
+        at_centre + (self.x * plane.dx as f32 + self.y * plane.dy as f32)
     }
 }
 

@@ -17,7 +17,7 @@ use crate::fragment::{Fragment, FragmentBlock};
 use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
 use crate::surface::base::Divide;
-use crate::surface::rows::{RowLine, RowValues, SurfaceView, VisibleColumns};
+use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 use crate::viewport::MAX_SIZE;
 
 /// The rows of a polygon that are being drawn.
@@ -131,18 +131,37 @@ pub(crate) struct SampleBlock {
     pub(crate) steps: [f32; 2],
     /// Where the first sample of each half's first pixel is in the band.
     pub(crate) at: [usize; 2],
+    /// The tile that each half's first pixel is in, in the band, and the pixel's place in it.
+    pub(crate) tiles: [(usize, usize); 2],
     /// The pixels of which each sample is covered, a bit a lane.
-    pub(crate) covered: [u32; MOST_SAMPLES],
+    pub(crate) covered: [u16; MOST_SAMPLES],
+    /// Those of which all are, and of which any is.
+    pub(crate) all: u32,
+    pub(crate) any: u32,
+    /// How many tiles, one after the other from this one on, are covered at all samples.
+    pub(crate) whole_tiles: usize,
+}
+
+impl SampleBlock {
+    /// Goes on to the next tile, if this is one.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self) {
+        for half in 0..2 {
+            self.steps[half] += LANES as f32;
+            self.at[half] = self.at[half].wrapping_add(LANES);
+            self.tiles[half].0 += 1;
+        }
+    }
 }
 
 /// Blocks to be tested, shaded and stored.
 #[derive(Debug)]
 pub(crate) struct SampleBlocks<'p> {
     pub(crate) blocks: &'p [SampleBlock],
-    /// What is compared along the rows, at each sample.
-    pub(crate) depths: &'p [RowLine],
     /// Where the samples are, in pixels to the right of a pixel's centre and below it.
     pub(crate) places: &'p [[f32; 2]],
+    /// The changes per pixel, to the right and downwards, of what is compared.
+    pub(crate) change: [f32; 2],
     /// How many elements are between two samples of a pixel.
     pub(crate) stride: usize,
     pub(crate) comparison: Comparison,
@@ -680,11 +699,11 @@ fn draw_whole_blocks<S: Simd, C>(
 /// Blocks in the inner of two loops. A call within two loops the compiler takes to be hot, and inlines
 /// larger shaders there than within one (LLVM's `locally-hot-callsite-threshold`), if it knows the ways
 /// out of the loops to be [rare](rarely).
-const NEST: usize = 64;
+pub(crate) const NEST: usize = 64;
 
 /// Tells the compiler that the branch that calls this is rarely taken.
 #[cold]
-fn rarely() {}
+pub(crate) fn rarely() {}
 
 /// The colours of half a block that reaches over the ends of a list; where there are none, `any`.
 #[cold]

@@ -193,30 +193,12 @@ impl<'a> SurfaceView<'a> {
         }
     }
 
-    /// Depth, or 1/w, along the runs of the group at places off the pixels' centres, in pixels to the right
-    /// and downwards. What is found by edges is what it is at the centres.
+    /// The changes of depth, or of 1/w, per pixel to the right and downwards; none where it is found by edges.
     #[inline(always)]
-    pub(crate) fn line_at(
-        &self,
-        values: &RowValues,
-        component: Component,
-        [x, y]: [f64; 2],
-    ) -> RowLine {
+    pub(crate) fn change(&self, component: Component) -> [f32; 2] {
         let plane = self.plane(component);
-        if self.needs_edges() {
-            let is_inv_w = matches!(component, Component::InvW);
-            let mut line = if is_inv_w { values.inv_w } else { values.z };
-            if self.mixed.is_some_and(|mixed| !mixed.is_by_edges(component)) {
-                let moved = plane.dx * x + plane.dy * y;
-                line.at = line.at.map(|at| (f64::from(at) + moved) as f32);
-            }
-            return line;
-        }
-        let [mut xs, mut ys] = values.from_origin;
-        for (xs, ys) in xs.iter_mut().zip(&mut ys) {
-            (*xs, *ys) = (*xs + x, *ys + y);
-        }
-        line(&[xs, ys], plane)
+        let is_by_edges = self.mixed.is_some_and(|mixed| mixed.is_by_edges(component));
+        if is_by_edges { [0.0; 2] } else { [plane.dx as f32, plane.dy as f32] }
     }
 
     /// The values along one run, found by the edges on its sides.

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::color::{Color, decode};
+use crate::fragment::LANES;
 use crate::render::framebuffer::{Framebuffer, filled};
 use crate::render::parallel::for_each_part;
 use crate::render::samples::pattern::Samples;
@@ -100,13 +101,35 @@ pub struct MultisampleFramebuffer<C> {
     /// then some of which nobody asks.
     color: Vec<C>,
     depth: Vec<f32>,
+    /// Row by row, for each 16 pixels of a row one.
+    tiles: Vec<Tile>,
+}
+
+/// What is known of [`LANES`] neighbouring pixels of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tile {
+    /// Whether all samples of each pixel show the same polygon. Then the first sample's colour is that
+    /// of all, and its depth that of the pixel's centre; what is kept of the other samples means nothing.
+    pub(crate) is_whole: bool,
+    /// The change of depth per pixel to the right and downwards, if it is whole.
+    pub(crate) change: [f32; 2],
+}
+
+impl Tile {
+    pub(crate) const CLEAR: Self = Self { is_whole: true, change: [0.0; 2] };
+
+    /// How much more the depth is at a place than at the pixel's centre.
+    #[inline(always)]
+    pub(crate) fn change_at(change: [f32; 2], [x, y]: [f32; 2]) -> f32 {
+        change[0] * x + change[1] * y
+    }
 }
 
 /// How many elements a row has for each sample, for so many columns: room for a block that begins at the
 /// last, and for half a block beside it.
 fn stride(width: u32) -> usize {
     const SPARE: usize = 32;
-    if width == 0 { 0 } else { (width as usize + SPARE - 1).next_multiple_of(16) }
+    if width == 0 { 0 } else { (width as usize + SPARE - 1).next_multiple_of(LANES) }
 }
 
 impl<C: Copy> MultisampleFramebuffer<C> {
@@ -121,14 +144,21 @@ impl<C: Copy> MultisampleFramebuffer<C> {
         let error = SizeError::new(width, height, reason);
         let len = stride(width).checked_mul(samples.count() * height as usize).ok_or(error)?;
         let (color, depth) = (filled(len, color).ok_or(error)?, filled(len, 1.0).ok_or(error)?);
-        Ok(Self { width, height, samples, color, depth })
+        let tiles = stride(width) / LANES * height as usize;
+        let tiles = filled(tiles, Tile::CLEAR).ok_or(error)?;
+        Ok(Self { width, height, samples, color, depth, tiles })
     }
 
     /// Fills the picture with a colour and a depth: the
     /// [farthest](crate::DepthMode::farthest), which is 1.0 unless depth is reversed or 1/w.
     pub fn clear(&mut self, color: C, depth: f32) {
-        self.color.fill(color);
-        self.depth.fill(depth);
+        let (stride, in_row) = (self.stride(), self.stride() * self.samples.count());
+        for row in 0..self.height as usize {
+            let first = row * in_row..row * in_row + stride;
+            self.color[first.clone()].fill(color);
+            self.depth[first].fill(depth);
+        }
+        self.tiles.fill(Tile::CLEAR);
     }
 
     /// The colour and the depth of a sample of a pixel, by its number in
@@ -136,9 +166,20 @@ impl<C: Copy> MultisampleFramebuffer<C> {
     #[must_use]
     pub fn sample(&self, x: u32, y: u32, sample: usize) -> Option<(C, f32)> {
         let is_there = x < self.width && y < self.height && sample < self.samples.count();
-        let row = y as usize * self.samples.count() + sample;
-        let at = row * self.stride() + x as usize;
-        is_there.then(|| self.color.get(at).copied().zip(self.depth.get(at).copied())).flatten()
+        is_there.then(|| self.sample_at(y as usize, x as usize, sample))
+    }
+
+    /// A sample that is there.
+    #[inline(always)]
+    fn sample_at(&self, row: usize, x: usize, sample: usize) -> (C, f32) {
+        let (stride, count) = (self.stride(), self.samples.count());
+        let tile = self.tiles[row * (stride / LANES) + x / LANES];
+        let at = row * count * stride + x;
+        if tile.is_whole {
+            let place = self.samples.in_pixels()[sample];
+            return (self.color[at], self.depth[at] + Tile::change_at(tile.change, place));
+        }
+        (self.color[at + sample * stride], self.depth[at + sample * stride])
     }
 }
 
@@ -176,9 +217,9 @@ impl<C> MultisampleFramebuffer<C> {
         stride(self.width)
     }
 
-    /// Colours and depths.
-    pub(crate) fn memory(&mut self) -> (&mut [C], &mut [f32]) {
-        (&mut self.color, &mut self.depth)
+    /// Colours, tiles and depths.
+    pub(crate) fn memory(&mut self) -> (&mut [C], &mut [Tile], &mut [f32]) {
+        (&mut self.color, &mut self.tiles, &mut self.depth)
     }
 }
 
@@ -208,16 +249,20 @@ impl<C: Average + Send + Sync> MultisampleFramebuffer<C> {
     }
 
     fn resolve_row(&self, row: usize, colors: &mut [C], depths: &mut [f32]) {
-        let (stride, count) = (self.stride(), self.samples.count());
-        let start = row * stride * count;
+        let count = self.samples.count();
+        let (stride, start) = (self.stride(), row * self.stride() * count);
         let mut samples = [self.color[start]; MOST_SAMPLES];
         for (x, (color, depth)) in colors.iter_mut().zip(depths).enumerate() {
-            let places = (start + x..).step_by(stride);
-            for (sample, at) in samples[..count].iter_mut().zip(places.clone()) {
-                *sample = self.color[at];
+            let least = (0..count).map(|sample| self.sample_at(row, x, sample).1);
+            *depth = least.fold(f32::INFINITY, f32::min);
+            if self.tiles[row * (stride / LANES) + x / LANES].is_whole {
+                *color = self.color[start + x];
+                continue;
+            }
+            for (sample, color) in samples[..count].iter_mut().enumerate() {
+                *color = self.color[start + x + sample * stride];
             }
             *color = C::average(&samples[..count]);
-            *depth = places.take(count).map(|at| self.depth[at]).fold(f32::INFINITY, f32::min);
         }
     }
 }

@@ -1,8 +1,13 @@
-//! Where the samples of a pixel are: the standard patterns of Direct3D 11 and Vulkan.
+//! Where the samples of a pixel are: the standard patterns of Direct3D 11 and Vulkan. Of 4:
 //!
 //! ```text
-//!     4 samples          8 samples          16 samples, in 16ths of a pixel from the top left
-//!     +------o-----------+ ...
+//!     +-------------------+     in 16ths of a pixel from its centre, to the right and downwards:
+//!     |      0            |
+//!     |               1   |     0 (-2, -6)    1 (6, -2)
+//!     |         .         |     2 (-6, 2)     3 (2, 6)
+//!     |   2               |
+//!     |            3      |
+//!     +-------------------+
 //! ```
 
 use crate::render::shader::MOST_SAMPLES;
@@ -67,6 +72,15 @@ impl Samples {
         }
     }
 
+    /// The same in pixels.
+    pub(crate) fn in_pixels(self) -> &'static [[f32; 2]] {
+        match self {
+            Self::Four => const { &in_pixels(FOUR) },
+            Self::Eight => const { &in_pixels(EIGHT) },
+            Self::Sixteen => const { &in_pixels(SIXTEEN) },
+        }
+    }
+
     fn pattern(self) -> &'static [[i8; 2]] {
         match self {
             Self::Four => &FOUR,
@@ -82,6 +96,17 @@ const fn in_subpixels<const K: usize>(pattern: [[i8; 2]; K]) -> [[i32; 2]; K] {
     while sample < K {
         let [x, y] = pattern[sample];
         places[sample] = [x as i32 * UNIT, y as i32 * UNIT];
+        sample += 1;
+    }
+    places
+}
+
+const fn in_pixels<const K: usize>(pattern: [[i8; 2]; K]) -> [[f32; 2]; K] {
+    let mut places = [[0.0; 2]; K];
+    let mut sample = 0;
+    while sample < K {
+        let [x, y] = pattern[sample];
+        places[sample] = [x as f32 / 16.0, y as f32 / 16.0];
         sample += 1;
     }
     places

@@ -24,10 +24,10 @@ use crate::render::shader::{
 };
 use crate::scalar::PerTriangle;
 use crate::settings::DrawCall;
-use crate::subpixel::{SUBPIXELS, SubpixelPoint};
+use crate::subpixel::SubpixelPoint;
 use crate::surface::batch::GatheredTriangles;
 use crate::surface::mixed::Component;
-use crate::surface::rows::{RowLine, RowValues, SurfaceView, VisibleColumns};
+use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
 /// Blocks that are handed over at a time.
 const AT_ONCE: usize = 8;
@@ -67,9 +67,9 @@ struct SampleRun {
 struct Pieces {
     groups: Vec<RunGroup>,
     values: RowValues,
-    depths: Vec<RowLine>,
-    places: Vec<[f32; 2]>,
     blocks: Vec<SampleBlock>,
+    /// The first pixels of each row that a sample covers, a bit a pixel.
+    bits: Vec<[u16; ROWS]>,
 }
 
 impl FaceRaster for SampleRaster {
@@ -173,6 +173,19 @@ impl Drawing<'_, '_> {
     #[inline(always)]
     fn draw_group(&mut self, all: &RunGroup, pieces: &mut Pieces) {
         let columns = self.start(all, pieces);
+        let Pieces { bits, groups, .. } = pieces;
+        bits.resize(groups.len(), [0; ROWS]);
+        // Plain loops without branches, which become SIMD.
+        for (bits, group) in bits.iter_mut().zip(groups) {
+            for (row, bits) in bits.iter_mut().enumerate() {
+                let half = HALF_BLOCK as i32;
+                let width = columns.width[row].min(half);
+                let start = (group.start[row] - columns.start[row]).max(0).min(half);
+                let end = (group.end[row] - columns.start[row]).max(0).min(width);
+                let below = |lane: i32| (1i32 << lane) - 1;
+                *bits = (below(end) & !below(start)) as u16;
+            }
+        }
         let mut row = 0;
         while row < all.len {
             let widths = [columns.width[row], columns.width[row + 1]];
@@ -193,28 +206,21 @@ impl Drawing<'_, '_> {
     /// Begins with the rows of a group.
     #[inline(always)]
     fn start(&self, all: &RunGroup, pieces: &mut Pieces) -> VisibleColumns {
-        let Pieces { values, depths, places, .. } = pieces;
-        let columns = self.surface.start_rows(all, &self.call.window.columns, values);
-        let is_inverse_w = self.plan.is_inverse_w;
-        if is_inverse_w {
-            self.surface.find_inv_w(values);
-        }
-        let component = if is_inverse_w { Component::InvW } else { Component::Z };
-        depths.clear();
-        places.clear();
-        for place in self.raster.samples.places() {
-            let [x, y] = place.map(|c| f64::from(c) / f64::from(SUBPIXELS));
-            depths.push(self.surface.line_at(values, component, [x, y]));
-            places.push([x as f32, y as f32]);
+        let columns = self.surface.start_rows(all, &self.call.window.columns, &mut pieces.values);
+        if self.plan.is_inverse_w {
+            self.surface.find_inv_w(&mut pieces.values);
         }
         columns
     }
 
-    /// Where the first sample of a pixel is in the band.
+    /// Where the first sample of a pixel is in the band, and the pixel's tile and place in this.
     #[inline(always)]
-    fn at(&self, all: &RunGroup, row: usize, column: i32) -> usize {
+    fn at(&self, all: &RunGroup, row: usize, column: i32) -> (usize, (usize, usize)) {
         let (x, y) = self.surface.base.corner;
-        self.band.index(x + column, y + all.y + row as i32)
+        let (column, row) = (self.band.column(x + column), y + all.y + row as i32);
+        let row = (row - self.band.first) as usize;
+        let tile = row.wrapping_mul(self.raster.stride / LANES).wrapping_add(column / LANES);
+        (row.wrapping_mul(self.band.width).wrapping_add(column), (tile, column % LANES))
     }
 
     /// Draws two short rows, each by half a block.
@@ -227,27 +233,33 @@ impl Drawing<'_, '_> {
         pieces: &mut Pieces,
     ) {
         let rows = [row, row + 1];
+        let (upper, upper_tile) = self.at(all, row, columns.start[row]);
+        let (lower, lower_tile) = self.at(all, row + 1, columns.start[row + 1]);
         let mut block = SampleBlock {
             rows,
-            steps: rows.map(|row| columns.steps[row]),
-            at: rows.map(|row| self.at(all, row, columns.start[row])),
-            covered: [0; MOST_SAMPLES],
+            steps: [columns.steps[row], columns.steps[row + 1]],
+            at: [upper, lower],
+            tiles: [upper_tile, lower_tile],
+            ..SampleBlock::default()
         };
-        for (half, row) in rows.into_iter().enumerate() {
-            let (start, width) = (columns.start[row], columns.width[row]);
-            // A half without pixels may lie anywhere: beside the other it is in the cache.
-            if width == 0 {
-                block.at[half] = block.at[1 - half].wrapping_add(HALF_BLOCK);
-            }
-            for (covered, group) in block.covered.iter_mut().zip(&pieces.groups) {
-                let bits = bits(group.start[row] - start, (group.end[row] - start).min(width));
-                *covered |= (bits & (ALL >> HALF_BLOCK)) << (half * HALF_BLOCK);
-            }
+        // A half without pixels may lie anywhere: beside the other it is in the cache.
+        let widths = rows.map(|row| columns.width[row]);
+        if widths[0] == 0 {
+            block.at[0] = block.at[1].wrapping_add(HALF_BLOCK);
+        }
+        if widths[1] == 0 {
+            block.at[1] = block.at[0].wrapping_add(HALF_BLOCK);
+        }
+        block.all = u32::MAX;
+        for (covered, bits) in block.covered.iter_mut().zip(&pieces.bits) {
+            *covered = bits[row] | bits[row + 1] << HALF_BLOCK;
+            block.all &= u32::from(*covered);
+            block.any |= u32::from(*covered);
         }
         self.push(all, block, pieces);
     }
 
-    /// Draws a row by whole blocks.
+    /// Draws a row by blocks that begin at whole tiles.
     #[inline(always)]
     fn draw_row(
         &mut self,
@@ -256,34 +268,60 @@ impl Drawing<'_, '_> {
         row: usize,
         pieces: &mut Pieces,
     ) {
-        let (start, width) = (columns.start[row], columns.width[row]);
-        for done in (0..width).step_by(LANES) {
-            let mut block = self.block(all, columns, row, done);
-            let left = width - done;
+        let (start, end) = (columns.start[row], columns.start[row] + columns.width[row]);
+        // Where all samples are covered.
+        let (mut inner, mut inner_end) = (start, end);
+        for group in &pieces.groups {
+            inner = inner.max(group.start[row]);
+            inner_end = inner_end.min(group.end[row]);
+        }
+        let mut first = start - self.before(start);
+        while first < end {
+            let mut block = self.block(all, columns, row, first);
+            let whole = if inner <= first { (inner_end - first) / LANES as i32 } else { 0 };
+            if whole > 0 {
+                (block.whole_tiles, block.all, block.any) = (whole as usize, ALL, ALL);
+                block.covered = [u16::MAX; MOST_SAMPLES];
+                self.push(all, block, pieces);
+                first += whole * LANES as i32;
+                continue;
+            }
+            block.all = ALL;
             for (covered, group) in block.covered.iter_mut().zip(&pieces.groups) {
-                let first = start + done;
-                *covered = bits(group.start[row] - first, (group.end[row] - first).min(left));
+                let run = group.start[row].max(start) - first..group.end[row].min(end) - first;
+                *covered = bits(run.start, run.end);
+                block.all &= u32::from(*covered);
+                block.any |= u32::from(*covered);
             }
             self.push(all, block, pieces);
+            first += LANES as i32;
         }
     }
 
-    /// A block in one row that begins some columns behind the first, with nothing covered.
+    /// How many pixels a column is behind the first of its tile.
+    #[inline(always)]
+    fn before(&self, column: i32) -> i32 {
+        let (x, _) = self.surface.base.corner;
+        (self.band.column(x + column) % LANES) as i32
+    }
+
+    /// A block in one row from a column on, with nothing covered.
     #[inline(always)]
     fn block(
         &self,
         all: &RunGroup,
         columns: &VisibleColumns,
         row: usize,
-        done: i32,
+        first: i32,
     ) -> SampleBlock {
-        let at = self.at(all, row, columns.start[row] + done);
-        let steps = columns.steps[row] + done as f32;
+        let (at, (tile, place)) = self.at(all, row, first);
+        let steps = columns.steps[row] + (first - columns.start[row]) as f32;
         SampleBlock {
             rows: [row; 2],
             steps: [steps, steps + HALF_BLOCK as f32],
             at: [at, at.wrapping_add(HALF_BLOCK)],
-            covered: [0; MOST_SAMPLES],
+            tiles: [(tile, place), (tile, place + HALF_BLOCK)],
+            ..SampleBlock::default()
         }
     }
 
@@ -303,10 +341,11 @@ impl Drawing<'_, '_> {
         }
         self.surface.find_params(&mut pieces.values);
         let patch = Patch { surface: self.surface, runs: all, values: &pieces.values };
+        let component = if self.plan.is_inverse_w { Component::InvW } else { Component::Z };
         let set = SampleBlocks {
             blocks: &pieces.blocks,
-            depths: &pieces.depths,
-            places: &pieces.places,
+            places: self.raster.samples.in_pixels(),
+            change: self.surface.change(component),
             stride: self.raster.stride,
             comparison: self.plan.comparison,
             writes: self.plan.writes,
@@ -354,15 +393,22 @@ impl Drawing<'_, '_> {
     /// Draws runs that overlap in a row.
     fn draw_together(&mut self, all: &RunGroup, runs: &[SampleRun], pieces: &mut Pieces) {
         let columns = self.start(all, pieces);
-        let (start, width) = (columns.start[0], columns.width[0]);
-        for done in (0..width).step_by(LANES) {
-            let mut block = self.block(all, &columns, 0, done);
+        let (start, end) = (columns.start[0], columns.start[0] + columns.width[0]);
+        let mut first = start - self.before(start);
+        while first < end {
+            let mut block = self.block(all, &columns, 0, first);
             for SampleRun { sample, run: Run { x, .. } } in runs {
-                let first = start + done;
-                let end = (x.end - first).min(width - done);
-                block.covered[*sample % MOST_SAMPLES] |= bits(x.start - first, end);
+                let run = x.start.max(start) - first..x.end.min(end) - first;
+                block.covered[*sample % MOST_SAMPLES] |= bits(run.start, run.end);
             }
+            block.all = ALL;
+            for covered in &block.covered[..self.raster.samples.count()] {
+                block.all &= u32::from(*covered);
+                block.any |= u32::from(*covered);
+            }
+            block.whole_tiles = usize::from(block.all == ALL);
             self.push(all, block, pieces);
+            first += LANES as i32;
         }
         self.finish(all, pieces);
     }
@@ -370,7 +416,7 @@ impl Drawing<'_, '_> {
 
 /// The lanes from one to before another, of those that there are.
 #[inline(always)]
-fn bits(start: i32, end: i32) -> u32 {
+fn bits(start: i32, end: i32) -> u16 {
     let below = |lane: i32| (1u32 << lane.clamp(0, LANES as i32)) - 1;
-    below(end) & !below(start)
+    (below(end) & !below(start)) as u16
 }

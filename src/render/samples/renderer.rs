@@ -158,14 +158,14 @@ impl<const N: usize> MultisampleRenderer<N> {
         let (samples, stride, rect) = (frame.samples(), frame.stride(), frame.rect());
         let at_centroid = self.shading == ShadingPlace::Centroid;
         let raster = SampleRaster { samples, stride, at_centroid };
-        let (colors, depth) = frame.memory();
+        let (colors, tiles, depth) = frame.memory();
         if depth.is_empty() {
             return;
         }
         let mut geometry = Some(geometry);
         for_level!(self.simd_level, simd => {
             let mut painter =
-                SamplePainter::<_, _, _, M> { simd, colors, samples_before: 0, shader };
+                SamplePainter::<_, _, _, M> { simd, colors, tiles, row: samples.count() * stride, rows_before: 0, shader };
             self.submit(geometry.take(), (raster, rect), depth, Shading::OnThreads(&mut painter));
         });
     }

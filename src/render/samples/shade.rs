@@ -5,18 +5,21 @@ use std::marker::PhantomData;
 use std::ops::Range;
 
 use fearless_simd::{
-    Select, Simd, SimdCombine, SimdFrom, SimdMask, SimdSplit, f32x8, f32x16, mask32x16,
+    Select, Simd, SimdBase, SimdCombine, SimdFrom, SimdMask, SimdSplit, f32x8, f32x16, mask32x16,
 };
 
 use crate::coverage::run::ROWS;
 use crate::fragment::FragmentBlock;
-use crate::fragment::block::{ALL, Block, HALF_BLOCK, LANES, Lanes};
+use crate::fragment::block::{ALL, AtCentres, Block, HALF_BLOCK, LANES, Lanes, TwoRows};
+use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
+use crate::render::samples::frame::Tile;
 use crate::render::shader::{
-    Aligned, BandDepths, BlockFunction, FragmentFunction, MOST_SAMPLES, PartBlocks, Patch,
-    PerBlock, PerFragment, SampleBlock, SampleBlocks, ShadeBlocks, ShadeOnThreads, WholeBlocks,
-    choose,
+    Aligned, BandDepths, BlockFunction, FragmentFunction, MOST_SAMPLES, NEST, PartBlocks, Patch,
+    PerBlock, PerFragment, SampleBlock, SampleBlocks, ShadeBlocks, ShadeOnThreads, Shader,
+    WholeBlocks, choose, rarely,
 };
+use crate::surface::rows::{RowValues, SurfaceView};
 
 /// The samples of a block's pixels: their colours, and which of them are to be drawn.
 pub(crate) struct SampleColors<'a, C> {
@@ -38,6 +41,15 @@ impl<C> SampleColors<'_, C> {
 
 /// A shader of pixels with several samples.
 pub(crate) trait SampleShader<C, const N: usize> {
+    /// Whether samples of one colour get one colour.
+    const IS_BY_PIXEL: bool;
+    /// Whether the colours that were there make no difference.
+    const REPLACES: bool;
+
+    /// Colours a tile of pixels whose samples all have the same colour, and returns those that were not
+    /// discarded.
+    fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32;
+
     /// Colours the visible samples of a block, and says which of them were not discarded.
     fn shade<S: Simd>(
         &mut self,
@@ -52,6 +64,14 @@ where
     C: Copy,
     F: BlockFunction<C, N>,
 {
+    const IS_BY_PIXEL: bool = true;
+    const REPLACES: bool = true;
+
+    #[inline(always)]
+    fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
+        Shader::whole(self, block, colors)
+    }
+
     #[inline(always)]
     fn shade<S: Simd>(
         &mut self,
@@ -91,9 +111,18 @@ where
 
 impl<const N: usize, C, R, F> SampleShader<C, N> for PerFragment<F, R>
 where
+    C: Copy,
     R: Paint<C> + Copy,
     F: FragmentFunction<R, N>,
 {
+    const IS_BY_PIXEL: bool = true;
+    const REPLACES: bool = false;
+
+    #[inline(always)]
+    fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
+        Shader::whole(self, block, colors)
+    }
+
     #[inline(always)]
     fn shade<S: Simd>(
         &mut self,
@@ -150,6 +179,14 @@ where
     R: Paint<C> + Copy,
     F: FragmentFunction<(R, f32), N>,
 {
+    const IS_BY_PIXEL: bool = false;
+    const REPLACES: bool = false;
+
+    #[inline(always)]
+    fn whole(&mut self, _: &mut FragmentBlock<'_, N>, _: &mut [C; LANES]) -> u32 {
+        0
+    }
+
     #[inline(always)]
     fn shade<S: Simd>(
         &mut self,
@@ -174,6 +211,14 @@ where
 pub(crate) struct NoShader;
 
 impl<C> SampleShader<C, 0> for NoShader {
+    const IS_BY_PIXEL: bool = true;
+    const REPLACES: bool = false;
+
+    #[inline(always)]
+    fn whole(&mut self, _: &mut FragmentBlock<'_, 0>, _: &mut [C; LANES]) -> u32 {
+        ALL
+    }
+
     #[inline(always)]
     fn shade<S: Simd>(&mut self, _: S, _: &mut FragmentBlock<'_, 0>, _: SampleColors<'_, C>) {}
 }
@@ -183,8 +228,11 @@ impl<C> SampleShader<C, 0> for NoShader {
 pub(crate) struct SamplePainter<'a, S, C, K, const N: usize> {
     pub(crate) simd: S,
     pub(crate) colors: &'a mut [C],
-    /// How many samples of the target come before these.
-    pub(crate) samples_before: usize,
+    pub(crate) tiles: &'a mut [Tile],
+    /// How many samples a row has.
+    pub(crate) row: usize,
+    /// How many rows of the target come before these.
+    pub(crate) rows_before: usize,
     pub(crate) shader: K,
 }
 
@@ -203,97 +251,304 @@ impl<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize> ShadeBlocks
     fn prefetch(&self, _: Range<usize>) {}
 
     fn draw_samples(&mut self, patch: &Patch<'_>, blocks: SampleBlocks<'_>, band: BandDepths<'_>) {
-        let simd = self.simd;
+        let Self { simd, row, .. } = *self;
+        let rows = band.pixels_before / row.max(1) - self.rows_before;
+        let tiles_in_row = self.tiles.len() / (self.colors.len() / row.max(1)).max(1);
+        let Some(colors) = self.colors.get_mut(rows * row..) else { return };
+        let Some(tiles) = self.tiles.get_mut(rows * tiles_in_row..) else { return };
+        let memory = Memory { colors, tiles, depths: band.depths, set: &blocks };
+        let shader = &mut self.shader;
         simd.vectorize(
             #[inline(always)]
-            || self.draw(patch, &blocks, band),
+            || draw(simd, patch, memory, shader),
         );
     }
 }
 
-impl<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize> SamplePainter<'_, S, C, K, N> {
-    #[inline(always)]
-    fn draw(&mut self, patch: &Patch<'_>, set: &SampleBlocks<'_>, band: BandDepths<'_>) {
-        let Patch { surface, runs, values } = *patch;
-        let Some(s) = values.s.first_chunk::<N>() else { return };
-        let (simd, stride) = (self.simd, set.stride);
-        let start = band.pixels_before.wrapping_sub(self.samples_before);
-        let colors = self.colors.get_mut(start..start.wrapping_add(band.depths.len()));
-        let Some(colors) = colors else { return };
-        let count = set.depths.len().min(MOST_SAMPLES);
-        let mut found = Depths { new: [[0.0; LANES]; MOST_SAMPLES], visible: [0; MOST_SAMPLES] };
-        for part in set.blocks {
+/// The samples of a band, and how they are drawn to.
+struct Memory<'m, C> {
+    colors: &'m mut [C],
+    tiles: &'m mut [Tile],
+    depths: &'m mut [f32],
+    set: &'m SampleBlocks<'m>,
+}
+
+#[inline(always)]
+fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
+    simd: S,
+    patch: &Patch<'_>,
+    mut memory: Memory<'_, C>,
+    shader: &mut K,
+) {
+    let set = memory.set;
+    let Patch { surface, runs, values } = *patch;
+    let Some(s) = values.s.first_chunk::<N>() else { return };
+    let count = set.places.len().min(MOST_SAMPLES);
+    let mut visible = [0; MOST_SAMPLES];
+    let (mut blocks, mut part, mut whole_tiles) = (set.blocks.iter(), SampleBlock::default(), 0);
+    // A call within two loops the compiler takes to be hot, and inlines larger shaders there.
+    loop {
+        for _ in 0..NEST {
+            if whole_tiles > 1 {
+                whole_tiles -= 1;
+                part.advance();
+            } else {
+                let Some(next) = blocks.next() else {
+                    rarely();
+                    return;
+                };
+                (part, whole_tiles) = (*next, next.whole_tiles);
+            }
+            if K::IS_BY_PIXEL && whole_tiles > 0 {
+                whole_tiles -=
+                    draw_tiles(simd, patch, &mut memory, (&mut part, whole_tiles), shader);
+                if whole_tiles == 0 {
+                    continue;
+                }
+            }
             let block = Block::in_two_rows(simd, part.rows, part.steps);
-            let mut visible = 0;
-            for sample in 0..count {
-                let line = &set.depths[sample];
-                let depth = block.compared(surface, line, set.is_inverse_w);
-                let old = load(simd, band.depths, part.at, sample * stride);
-                let passes = set.comparison.passes(depth, old) & part.covered[sample];
-                found.new[sample] = depth.into();
-                found.visible[sample] = passes;
-                visible |= passes;
-            }
-            if visible == 0 {
-                continue;
-            }
             let column = |half: usize| {
                 (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
             };
-            let halves = [column(0), column(1)];
-            let mut fragments = FragmentBlock::new(surface, runs, halves, visible);
-            let places = places(part, set, count);
-            let mut depth = [0.0; LANES];
+            memory.make_apart(&part);
+            let tested = (surface, values, &mut visible[..count]);
+            let any = memory.test(&block, &part, tested);
+            if any == 0 {
+                continue;
+            }
+            let mut fragments = FragmentBlock::new(surface, runs, [column(0), column(1)], any);
+            let (places, mut depth) = (places(&part, set), [0.0; LANES]);
             block.off_centre(surface, values, s, &places, (&mut depth, fragments.found()));
             fragments.depth = depth;
-            let samples = SampleColors {
-                colors: &mut *colors,
-                at: part.at,
-                stride,
-                visible: &mut found.visible[..count],
-            };
-            self.shader.shade(simd, &mut fragments, samples);
+            let (colors, stride) = (&mut *memory.colors, set.stride);
+            let visible = &mut visible[..count];
+            let samples = SampleColors { colors, at: part.at, stride, visible: &mut *visible };
+            shader.shade(simd, &mut fragments, samples);
             if set.writes {
-                for sample in 0..count {
-                    let (drawn, depth) = (found.visible[sample], &found.new[sample]);
-                    store(simd, band.depths, part.at, sample * stride, (drawn, depth));
-                }
+                memory.store(&block, &part, (surface, values, visible));
             }
         }
     }
 }
 
-/// The depths of a block's samples, and which pixels show them.
-struct Depths {
-    new: [Lanes; MOST_SAMPLES],
-    visible: [u32; MOST_SAMPLES],
+/// Draws tiles whose samples are all covered, as long as all of these are visible. Returns how many it
+/// has drawn, and leaves the block at the next.
+#[inline(always)]
+fn draw_tiles<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
+    simd: S,
+    patch: &Patch<'_>,
+    memory: &mut Memory<'_, C>,
+    (part, count): (&mut SampleBlock, usize),
+    shader: &mut K,
+) -> usize {
+    let Patch { surface, runs, values } = *patch;
+    let Some(along) = AtCentres::<N>::new(surface, values, part.rows[0]) else { return 0 };
+    let mut block = Block::in_row(simd, part.rows[0], part.steps[0]);
+    let row = part.rows[0] % ROWS;
+    let mut done = 0;
+    while done < count {
+        for _ in 0..NEST.min(count - done) {
+            let depth = block.along(&along.z);
+            let colors = memory.colors.get_mut(part.at[0]..).and_then(<[C]>::first_chunk_mut);
+            let Some(colors) = colors else {
+                rarely();
+                return done;
+            };
+            let x = values.x[row] + part.steps[0] as i32;
+            let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
+            if !is_whole_visible(
+                (memory.set, memory.tiles, memory.depths),
+                patch,
+                part,
+                (depth, K::REPLACES),
+            ) {
+                rarely();
+                return done;
+            }
+            let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
+            block.at_centres(surface, &along, fragments.found());
+            fragments.depth = block.depth_along(&along.z, surface.base.z_range).into();
+            let drawn = shader.whole(&mut fragments, colors) & ALL;
+            memory.store_whole(part, depth, drawn);
+            done += 1;
+            part.advance();
+            block.advance();
+        }
+    }
+    done
+}
+
+impl<C: Copy> Memory<'_, C> {
+    /// Stores the depths of a tile's pixels that were drawn, if all were as a whole.
+    #[inline(always)]
+    fn store_whole<S: Simd>(&mut self, part: &SampleBlock, depth: f32x16<S>, drawn: u32) {
+        let (change, tile) = (self.set.change, part.tiles[0].0);
+        if drawn == ALL {
+            store(depth.simd, self.depths, part.at, (ALL, depth));
+            if let Some(tile) = self.tiles.get_mut(tile) {
+                *tile = Tile { is_whole: true, change };
+            }
+        } else if drawn != 0 {
+            self.store_discarded(part, depth.into(), drawn);
+        }
+    }
+
+    /// The same where the shader has discarded some pixels. The first sample has its colours already.
+    #[inline(never)]
+    fn store_discarded(&mut self, part: &SampleBlock, depth: Lanes, drawn: u32) {
+        let SampleBlocks { places, change, stride, .. } = *self.set;
+        self.make_apart(part);
+        for lane in (0..LANES).filter(|lane| drawn >> lane & 1 != 0) {
+            for (sample, place) in places.iter().enumerate() {
+                let at = part.at[0] + lane + sample * stride;
+                self.colors[at] = self.colors[part.at[0] + lane];
+                self.depths[at] = depth[lane] + Tile::change_at(change, *place);
+            }
+        }
+    }
+
+    /// Gives each sample its own colour and depth in the tiles where a block covers some.
+    #[inline(always)]
+    fn make_apart(&mut self, part: &SampleBlock) {
+        for (half, &(tile, place)) in part.tiles.iter().enumerate() {
+            let any = part.any >> (half * HALF_BLOCK) & (ALL >> HALF_BLOCK);
+            let left = LANES.saturating_sub(place);
+            // Those in the tile, and those in the next.
+            let parts = [any & ((1 << left) - 1), any >> left];
+            for (next, any) in parts.into_iter().enumerate() {
+                if any != 0 && self.tiles.get(tile + next).is_some_and(|tile| tile.is_whole) {
+                    self.take_apart(tile + next, (part.at[half] + next * LANES) - place);
+                }
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn take_apart(&mut self, tile: usize, start: usize) {
+        let SampleBlocks { places, stride, .. } = *self.set;
+        let Some(tile) = self.tiles.get_mut(tile) else { return };
+        tile.is_whole = false;
+        let Some(&depths) = self.depths.get(start..).and_then(<[f32]>::first_chunk::<LANES>) else {
+            return;
+        };
+        for (sample, place) in places.iter().enumerate() {
+            let change = Tile::change_at(tile.change, *place);
+            let start = start + sample * stride;
+            let new = self.depths.get_mut(start..).and_then(<[f32]>::first_chunk_mut::<LANES>);
+            if let Some(new) = new {
+                *new = depths.map(|depth| depth + change);
+            }
+        }
+        for sample in 1..places.len() {
+            self.colors.copy_within(start..start + LANES, start + sample * stride);
+        }
+    }
+
+    /// Compares the depths of a block at its samples; the lanes that any of them passes.
+    #[inline(always)]
+    fn test<S: Simd>(
+        &self,
+        block: &Block<S, TwoRows>,
+        part: &SampleBlock,
+        (surface, values, visible): (&SurfaceView<'_>, &RowValues, &mut [u32]),
+    ) -> u32 {
+        let SampleBlocks { places, change, comparison, stride, is_inverse_w, .. } = *self.set;
+        let mut any = 0;
+        for (sample, (place, visible)) in places.iter().zip(visible).enumerate() {
+            let change = Tile::change_at(change, *place);
+            let new = block.compared(surface, values, change, is_inverse_w);
+            let old = load(block.simd(), self.depths, part.at, sample * stride);
+            *visible = comparison.passes(new, old) & u32::from(part.covered[sample % MOST_SAMPLES]);
+            any |= *visible;
+        }
+        any
+    }
+
+    /// Stores the depths of a block's samples that were drawn.
+    #[inline(always)]
+    fn store<S: Simd>(
+        &mut self,
+        block: &Block<S, TwoRows>,
+        part: &SampleBlock,
+        (surface, values, drawn): (&SurfaceView<'_>, &RowValues, &[u32]),
+    ) {
+        let SampleBlocks { places, change, stride, is_inverse_w, .. } = *self.set;
+        for (sample, (place, drawn)) in places.iter().zip(drawn).enumerate() {
+            let change = Tile::change_at(change, *place);
+            let new = block.compared(surface, values, change, is_inverse_w);
+            let at = part.at.map(|at| at.wrapping_add(sample * stride));
+            store(block.simd(), self.depths, at, (*drawn, new));
+        }
+    }
+}
+
+/// Whether a block that covers all samples of a tile is visible at all of them, and drawing it leaves the tile
+/// whole.
+#[inline(always)]
+fn is_whole_visible<S: Simd>(
+    (set, tiles, depths): (&SampleBlocks<'_>, &[Tile], &[f32]),
+    patch: &Patch<'_>,
+    part: &SampleBlock,
+    (depth, replaces): (f32x16<S>, bool),
+) -> bool {
+    let SampleBlocks { places, change, comparison, stride, .. } = *set;
+    let (simd, [(tile, place), _]) = (depth.simd, part.tiles);
+    let Some(tile) = tiles.get(tile) else { return false };
+    let is_tile = place == 0 && part.at[1] == part.at[0].wrapping_add(HALF_BLOCK);
+    let can_be_whole = set.writes && !set.is_inverse_w && (tile.is_whole || replaces);
+    if !is_tile || !can_be_whole {
+        return false;
+    }
+    let (mut least, mut most, mut least_old) = (0.0f32, 0.0f32, 0.0f32);
+    for place in places {
+        let new = Tile::change_at(change, *place);
+        (least, most) = (least.min(new), most.max(new));
+        least_old = least_old.min(Tile::change_at(tile.change, *place));
+    }
+    let first = load(simd, depths, part.at, 0);
+    let mut passes = ALL;
+    // Most blocks are clearly nearer.
+    let is_clear = comparison == Comparison::Less
+        && tile.is_whole
+        && comparison.passes(depth + most, first + least_old) & ALL == ALL;
+    if !is_clear {
+        for (sample, place) in places.iter().enumerate() {
+            let old = if tile.is_whole {
+                first + Tile::change_at(tile.change, *place)
+            } else {
+                load(simd, depths, part.at, sample * stride)
+            };
+            passes &= comparison.passes(depth + Tile::change_at(change, *place), old);
+        }
+    }
+    // Within the polygon's range as they are.
+    let (min, max) = patch.surface.base.z_range;
+    passes &= Comparison::GreaterEqual.passes(depth + least, f32x16::splat(simd, min));
+    passes &= Comparison::LessEqual.passes(depth + most, f32x16::splat(simd, max));
+    passes & ALL == ALL
 }
 
 /// Where the pixels of a block are shaded: at their centres where all samples are covered, elsewhere at the
 /// mean of those that are, if that is asked for.
 #[inline(always)]
-fn places(part: &SampleBlock, set: &SampleBlocks<'_>, count: usize) -> [Lanes; 2] {
-    let all = part.covered[..count].iter().fold(ALL, |all, covered| all & covered);
-    if all == ALL || !set.at_centroid {
-        return [[0.0; LANES]; 2];
-    }
-    places_at_edge(part, set, all)
-}
-
-#[inline(never)]
-fn places_at_edge(part: &SampleBlock, set: &SampleBlocks<'_>, all: u32) -> [Lanes; 2] {
+fn places(part: &SampleBlock, set: &SampleBlocks<'_>) -> [Lanes; 2] {
     let ([mut x, mut y], mut counts) = ([[0.0; LANES]; 2], [0.0; LANES]);
+    if part.all & ALL == part.any & ALL || !set.at_centroid {
+        return [x, y];
+    }
     for (&[place_x, place_y], covered) in set.places.iter().zip(part.covered) {
         for lane in 0..LANES {
             // Sums of 16ths: exact.
-            let weight = (covered >> lane & 1) as f32;
+            let weight = (i32::from(covered) >> lane & 1) as f32;
             x[lane] += place_x * weight;
             y[lane] += place_y * weight;
             counts[lane] += weight;
         }
     }
+    // Of those that are covered as a whole, the sum need not be 0.
+    let count = set.places.len() as f32;
     for lane in 0..LANES {
-        let is_edge = all >> lane & 1 == 0 && counts[lane] > 0.0;
+        let is_edge = counts[lane] > 0.0 && counts[lane] < count;
         let per_count = if is_edge { 1.0 / counts[lane] } else { 0.0 };
         (x[lane], y[lane]) = (x[lane] * per_count, y[lane] * per_count);
     }
@@ -303,35 +558,30 @@ fn places_at_edge(part: &SampleBlock, set: &SampleBlocks<'_>, all: u32) -> [Lane
 /// The depths of a sample; of what lies outside of the band, which is covered by nothing, 0.
 #[inline(always)]
 fn load<S: Simd>(simd: S, depths: &[f32], at: [usize; 2], offset: usize) -> f32x16<S> {
-    let half = |at: usize| {
-        let depths = depths.get(at.wrapping_add(offset)..);
-        depths.and_then(<[f32]>::first_chunk).copied().unwrap_or([0.0; HALF_BLOCK])
-    };
-    let lower = f32x8::simd_from(simd, half(at[0]));
-    lower.combine(f32x8::simd_from(simd, half(at[1])))
+    let lower = f32x8::simd_from(simd, half_at(depths, at[0].wrapping_add(offset)));
+    lower.combine(f32x8::simd_from(simd, half_at(depths, at[1].wrapping_add(offset))))
+}
+
+#[inline(always)]
+fn half_at(depths: &[f32], at: usize) -> [f32; HALF_BLOCK] {
+    depths.get(at..).and_then(<[f32]>::first_chunk).copied().unwrap_or([0.0; HALF_BLOCK])
 }
 
 /// Stores the depths of a sample where they are drawn.
 #[inline(always)]
-fn store<S: Simd>(
-    simd: S,
-    depths: &mut [f32],
-    at: [usize; 2],
-    offset: usize,
-    (drawn, new): (u32, &Lanes),
-) {
+fn store<S: Simd>(simd: S, depths: &mut [f32], at: [usize; 2], (drawn, new): (u32, f32x16<S>)) {
     if drawn == 0 {
         return;
     }
-    let mut kept = f32x16::simd_from(simd, *new);
+    let mut kept = new;
     if drawn != ALL {
-        let old = load(simd, depths, at, offset);
-        kept = mask32x16::from_bitmask(simd, drawn.into()).select(kept, old);
+        let old = load(simd, depths, at, 0);
+        kept = mask32x16::from_bitmask(simd, drawn.into()).select(new, old);
     }
     let (lower, upper) = kept.split();
     for (half, new) in [lower, upper].into_iter().enumerate() {
         if drawn >> (half * HALF_BLOCK) & (ALL >> HALF_BLOCK) != 0
-            && let Some(depths) = depths.get_mut(at[half].wrapping_add(offset)..)
+            && let Some(depths) = depths.get_mut(at[half]..)
             && let Some(depths) = depths.first_chunk_mut()
         {
             *depths = <[f32; HALF_BLOCK]>::from(new);
@@ -350,12 +600,24 @@ where
         sample: usize,
         f: &mut dyn FnMut(&mut dyn ShadeOnThreads, &mut dyn ShadeOnThreads),
     ) {
-        let &mut Self { simd, samples_before, shader, .. } = self;
-        let middle = sample.saturating_sub(samples_before).min(self.colors.len());
-        let (first, second) = self.colors.split_at_mut(middle);
+        let &mut Self { simd, row, rows_before, shader, .. } = self;
+        let tiles_in_row = self.tiles.len() / (self.colors.len() / row.max(1)).max(1);
+        let rows = (sample / row.max(1)).saturating_sub(rows_before);
+        let middle = (rows * row).min(self.colors.len());
+        let (colors, below) = self.colors.split_at_mut(middle);
+        let (tiles, tiles_below) =
+            self.tiles.split_at_mut((rows * tiles_in_row).min(self.tiles.len()));
+        let rows = rows + rows_before;
         f(
-            &mut SamplePainter { simd, colors: first, samples_before, shader },
-            &mut SamplePainter { simd, colors: second, samples_before: sample, shader },
+            &mut SamplePainter { simd, colors, tiles, row, rows_before, shader },
+            &mut SamplePainter {
+                simd,
+                colors: below,
+                tiles: tiles_below,
+                row,
+                rows_before: rows,
+                shader,
+            },
         );
     }
 }
