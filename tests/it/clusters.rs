@@ -555,9 +555,10 @@ fn scratchapixels_triangle_has_the_lessons_colours() {
             let weights: [f64; 3] =
                 from_fn(|i| edge(places[(i + 1) % 3], places[(i + 2) % 3], p) / corners[i][2]);
             let total: f64 = weights.iter().sum();
-            for channel in 0..3 {
-                let wanted = (0..3).map(|i| weights[i] / total * colors[i][channel]).sum::<f64>();
-                assert!((f64::from(fragment.params[channel]) - wanted).abs() < 1e-6);
+            for (channel, found) in fragment.params.into_iter().take(3).enumerate() {
+                let parts =
+                    weights.iter().zip(&colors).map(|(w, color)| w / total * color[channel]);
+                assert!((f64::from(found) - parts.sum::<f64>()).abs() < 1e-6);
             }
             let q = (0..3).map(|i| weights[i] / total * (1.0 + i as f64)).sum::<f64>();
             let [r, g, b] = fragment.divided([0, 1, 2], 3).expect("positive");

@@ -154,10 +154,10 @@ fn affine_values_stay_affine_and_triangles_have_barycentric_ones() {
                 let area = |a: DVec2, b: DVec2, c: DVec2| (b - a).perp_dot(c - a);
                 let [a, b, c] = [flat[0].0, flat[1].0, flat[2].0];
                 let weights = [area(point, b, c), area(a, point, c), area(a, b, point)];
-                for k in 0..4 {
+                for (k, found) in found.into_iter().enumerate() {
                     let sum: f64 = (0..3).map(|i| weights[i] * f64::from(flat[i].1[k])).sum();
                     let wanted = sum / area(a, b, c);
-                    assert!((f64::from(found[k]) - wanted).abs() < 2e-6, "seed {seed}");
+                    assert!((f64::from(found) - wanted).abs() < 2e-6, "seed {seed}");
                 }
             }
         }
@@ -176,13 +176,10 @@ fn corners_have_their_values_and_edges_are_linear() {
             assert_eq!(values.at(values.places()[i]), corners[i].1);
             for t in [0.25f32, 0.5, 0.9] {
                 let found = values.at(values.places()[i].lerp(values.places()[next], t));
-                for k in 0..2 {
+                for (k, found) in found.into_iter().enumerate() {
                     let wanted = corners[i].1[k] * (1.0 - t) + corners[next].1[k] * t;
-                    assert!(
-                        (found[k] - wanted).abs() < 1e-5,
-                        "seed {seed}: {} for {wanted}",
-                        found[k]
-                    );
+                    let error = (found - wanted).abs();
+                    assert!(error < 1e-5, "seed {seed}: {found} for {wanted}");
                 }
             }
         }
@@ -200,9 +197,9 @@ fn corners_have_their_values_and_edges_are_linear() {
             let total: f32 = weights.iter().sum();
             let places = values.places().iter().zip(&weights);
             let found = values.at(places.map(|(p, w)| *p * *w).sum::<Vec2>() / total);
-            for k in 0..2 {
+            for (k, found) in found.into_iter().enumerate() {
                 let (least, most) = (of(k).fold(2.0, f32::min), of(k).fold(-2.0, f32::max));
-                assert!(found[k] >= least - 1e-6 && found[k] <= most + 1e-6, "seed {seed}");
+                assert!(found >= least - 1e-6 && found <= most + 1e-6, "seed {seed}");
             }
         }
     }

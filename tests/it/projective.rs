@@ -34,9 +34,9 @@ fn solved_exactly(pairs: &[Pair; 4]) -> Option<[BigRational; 9]> {
         rows.swap(column, pivot);
         for row in (0..8).filter(|&row| row != column) {
             let factor = rows[row][column].clone() / rows[column][column].clone();
-            for i in column..9 {
-                let above = rows[column][i].clone();
-                rows[row][i] -= factor.clone() * above;
+            let pivot = rows[column].clone();
+            for (element, above) in rows[row].iter_mut().zip(pivot).skip(column) {
+                *element -= factor.clone() * above;
             }
         }
     }
@@ -227,7 +227,7 @@ fn quads_have_one_projective_mapping_however_they_are_turned() {
         let corners = places.map(|p| (right * p.x + up * p.y).as_vec3());
         let values = convex_quad(rng, dvec2(0.5, 0.5), 0.7);
         let exact = solved_exactly(&from_fn(|i| (places[i], values[i]))).expect("convex");
-        let homogeneous = parameters::quad(corners, values.map(|v| v.as_vec2())).expect("convex");
+        let homogeneous = parameters::quad(corners, values.map(DVec2::as_vec2)).expect("convex");
         let exact = exact.map(|element| element.to_f64().expect("a number"));
         for roll in [0.0, 0.5, 1.3, 2.9] {
             let camera = camera(&mut Rng::new(seed), roll);

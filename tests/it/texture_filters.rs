@@ -614,7 +614,7 @@ fn check_blocks(texture: &Texture, all: &[Footprint], bits: impl Fn(Vec4) -> [u3
 #[test]
 fn paints_are_what_samples_are() {
     let smooth = noise(33, 17).with_mipmaps().expect("memory");
-    let board = |x: u32, y: u32| if (x + y) % 2 == 0 { Vec4::ONE } else { Vec4::W };
+    let board = |x: u32, y: u32| if (x + y).is_multiple_of(2) { Vec4::ONE } else { Vec4::W };
     let sharp = Texture::from_fn(8, 8, board).expect("a small picture");
     let textures = [smooth, sharp.with_filter(Filter::Nearest)];
     let mut random = Random(7);
