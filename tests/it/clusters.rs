@@ -95,9 +95,16 @@ fn errors(shape: &Shape<4>, window: Window, planes: &[ClipPlane]) -> Errors {
             let slopes = fragment.divided_derivatives([U, V], Q).expect("it is in front");
             for (i, (r, slopes)) in [U, V].into_iter().zip(found.into_iter().zip(slopes)) {
                 let (exact_r, exact_slopes) = exact(&exact_at, i);
-                // Where w_r vanishes on the polygon, quotients have no largest.
-                let largest =
-                    if is_positive { of(i).fold(0.0, f64::max) } else { exact_r.abs() + 1e-3 };
+                // Where w_r changes its sign on the polygon, quotients have no largest, and the eye may cut it so that
+                // ratios of w have no end. There numerator and denominator are each within the promise.
+                let largest = if is_positive {
+                    of(i).fold(0.0, f64::max)
+                } else {
+                    let most = |i: usize| {
+                        shape.parameters.iter().map(|p| f64::from(p[i].abs())).fold(0.0, f64::max)
+                    };
+                    (most(i) + exact_r.abs() * most(Q)) / exact_at.values[Q]
+                };
                 let scale = largest + exact_slopes.map(f64::abs).iter().sum::<f64>();
                 let off = |a: f32, b: f64| (f64::from(a) - b).abs();
                 errors.value = errors.value.max(off(r, exact_r) / largest);
