@@ -1,7 +1,7 @@
 //! Pictures that shaders sample.
 //!
 //! What flows in is a picture (a file, an `image` picture, or a function of the pixel); what flows
-//! out is a colour for any texture coordinate, or for the [`Footprint`] of a pixel.
+//! out is a colour for any texture coordinate, or for the [`Footprint`](crate::Footprint) of a pixel.
 //!
 //! - [`Texture`]s are made by `texture::build`, and asked for colours by `texture::look_up`;
 //! - `texture::limits` says how large textures may be, `texture::error` what can go wrong;

@@ -36,7 +36,7 @@ impl Texture {
     /// premultiplied by alpha.
     ///
     /// # Errors
-    /// [`TextureError::Size`] if a side is 0 or above [`MAX_SIDE`], [`TextureError::Length`] if the
+    /// [`TextureError::Size`] if a side is 0 or above [`MAX_SIDE`](crate::texture::MAX_SIDE), [`TextureError::Length`] if the
     /// texels are not `width * height`.
     pub fn new(width: u32, height: u32, texels: Vec<Vec4>) -> Result<Self, TextureError> {
         let floats = texels.iter().flat_map(Vec4::to_array).collect();
@@ -56,7 +56,7 @@ impl Texture {
     /// ```
     ///
     /// # Errors
-    /// [`TextureError::Size`] if a side is 0 or above [`MAX_SIDE`], [`TextureError::Channels`] if there
+    /// [`TextureError::Size`] if a side is 0 or above [`MAX_SIDE`](crate::texture::MAX_SIDE), [`TextureError::Channels`] if there
     /// are none or more than 4, [`TextureError::Length`] if the samples are not
     /// `width * height * channels`.
     pub fn from_samples(
@@ -72,7 +72,7 @@ impl Texture {
     /// premultiplied by alpha.
     ///
     /// # Errors
-    /// [`TextureError::Size`] if a side is 0 or above [`MAX_SIDE`], [`TextureError::Memory`] if the
+    /// [`TextureError::Size`] if a side is 0 or above [`MAX_SIDE`](crate::texture::MAX_SIDE), [`TextureError::Memory`] if the
     /// machine has no room for the texels, of 16 bytes each.
     pub fn from_fn(
         width: u32,
@@ -163,13 +163,13 @@ impl Texture {
         Self { simd_level, ..self }
     }
 
-    /// Number of texels in a row, from 1 to [`MAX_SIDE`].
+    /// Number of texels in a row, from 1 to [`MAX_SIDE`](crate::texture::MAX_SIDE).
     #[must_use]
     pub fn width(&self) -> u32 {
         self.texels.base().width
     }
 
-    /// Number of rows, from 1 to [`MAX_SIDE`].
+    /// Number of rows, from 1 to [`MAX_SIDE`](crate::texture::MAX_SIDE).
     #[must_use]
     pub fn height(&self) -> u32 {
         self.texels.base().height
@@ -283,7 +283,7 @@ impl Texture {
     /// are opaque. Colour profiles are not applied. A grey pixel takes a byte in memory, one with alpha
     /// two, one in colour four, and twice as many at 16 bits.
     ///
-    /// At most [`MAX_SIDE`] texels a side, [`MAX_FILE_TEXELS`] in all and [`MAX_DECODE_BYTES`] for
+    /// At most [`MAX_SIDE`](crate::texture::MAX_SIDE) texels a side, [`MAX_FILE_TEXELS`](crate::texture::MAX_FILE_TEXELS) in all and [`MAX_DECODE_BYTES`](crate::texture::MAX_DECODE_BYTES) for
     /// the decoder are allowed, so that a small file cannot ask for a machine's whole memory.
     ///
     /// # Errors
