@@ -133,7 +133,7 @@ pub struct Loader {
 
 impl Model {
     /// Loads an OBJ file with the default crease angle, [`DEFAULT_CREASE_ANGLE`]. For files of any format
-    /// there is [`open`](Self::open).
+    /// there is `Model::open`, which one of the other formats' features brings.
     ///
     /// # Errors
     /// As [`Loader::load`].

@@ -14,8 +14,8 @@ impl Texture {
     /// The colour at `uv` by the texture's own filter: linear light, premultiplied by alpha.
     ///
     /// Any coordinate is safe, and is wrapped without a rounding error of its own. NaN counts as 0, and
-    /// so does an infinity, unless the axis has [`Wrap::Clamp`], where it means that edge, or
-    /// [`Wrap::Border`], where it is outside.
+    /// so does an infinity, unless the axis has [`Wrap::Clamp`](crate::texture::Wrap::Clamp), where it means that edge, or
+    /// [`Wrap::Border`](crate::texture::Wrap::Border), where it is outside.
     #[must_use]
     pub fn sample(&self, uv: Vec2) -> Vec4 {
         with_texels!(&self.texels, self.texels.base(), texels => {
