@@ -66,6 +66,7 @@ impl Found {
     }
 
     /// Makes room for so many more triangles.
+    #[cfg(feature = "stl")]
     pub(super) fn reserve(&mut self, triangles: usize) {
         self.positions.reserve(3 * triangles);
         self.faces.reserve(triangles);
@@ -118,6 +119,7 @@ impl Found {
     }
 
     /// Whether there are no faces.
+    #[cfg(feature = "ply")]
     pub(super) fn is_empty(&self) -> bool {
         self.faces.is_empty()
     }
