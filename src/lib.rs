@@ -167,8 +167,8 @@
 //!   same without.
 //! - `png` (default): PNG files, from framebuffers or row by row, and textures from them.
 //! - `obj` (default): OBJ and MTL files. Needs `png`.
-//! - `stl`, `ply`, `gltf`: models in these formats, by the module `formats`. `gltf` needs `image` for the pictures in
-//!   its files.
+//! - `stl`, `ply`, `gltf`: models in these formats, by the module `formats`. `ply` needs `png`, and `gltf` needs
+//!   `image`, for the pictures of their files.
 //! - `model`: what the formats share; it comes with any of them.
 //! - `image`: textures in the other formats of the `image` crate, and framebuffers to its pictures. It
 //!   takes longer to compile than all the rest.
