@@ -44,6 +44,15 @@ fn errors_of_examples_are_sentences() {
         ("obj", &["bad.obj"][..], sentence),
         ("poster", &["bad.obj"], sentence),
         ("renderers", &["bad.obj"], sentence),
+        ("datasets", &["bad.obj"], sentence),
+        ("datasets", &["good.obj", "--poses", "0"], "give a whole number from 1 to 9999"),
+        (
+            "datasets",
+            &["good.obj", "--output", "good.obj"],
+            "error: cannot make the folder good.obj: ",
+        ),
+        ("datasets", &["good.obj", "--metres", "-1"], "give a length in metres"),
+        ("datasets", &["good.obj", "--metres", "1000"], "choose another --metres, such as "),
         ("obj", &["no.obj"], "error: cannot read the model no.obj: No such file"),
         ("obj", &["good.obj", "--output", "a.webp"], "choose a name that ends in .png"),
         ("obj", &["good.obj", "--output", "a"], "choose a name that ends in .png"),
@@ -89,4 +98,104 @@ fn an_example_draws_glass() {
     let middle = texture.texel(4, 4);
     // Half of each, in the same light, by what 8 bits can say.
     assert!(middle.x > 0.2 && middle.y == 0.0 && (middle.x - middle.z).abs() < 0.01, "{middle}");
+}
+
+/// What a data set says of its pixels: pictures of numbers, as whole numbers of up to 16 bits.
+struct Shot {
+    /// The three axes of the camera as columns, and where it is.
+    axes: [[f64; 3]; 3],
+    eye: [f64; 3],
+    depth: Vec<[f64; 3]>,
+    ids: Vec<[f64; 3]>,
+    normals: Vec<[f64; 3]>,
+    uv: Vec<[f64; 3]>,
+}
+
+const SIZE: [usize; 2] = [72, 48];
+
+impl Shot {
+    fn read(folder: &Path, pose: usize) -> Self {
+        let json = std::fs::read_to_string(folder.join("cameras.json")).expect("the cameras");
+        let (_, matrix) = json
+            .lines()
+            .find(|line| line.contains(&format!("\"{pose:04}\"")))
+            .and_then(|line| line.split_once("object_from_camera"))
+            .expect("the pose");
+        let numbers: Vec<f64> =
+            matrix.split(['[', ']', ',', ' ']).filter_map(|text| text.parse().ok()).collect();
+        let row = |i: usize| &numbers[4 * i..4 * i + 4];
+        let picture = |what: &str, most: f32| -> Vec<[f64; 3]> {
+            let path = folder.join(format!("{pose:04}_{what}.png"));
+            let texture = polyscan::Texture::open_data(path).expect("a picture");
+            assert_eq!([texture.width(), texture.height()].map(|side| side as usize), SIZE);
+            let number = |value: f32| f64::from((value * most).round());
+            texture.texels().map(|t| t.truncate().to_array().map(number)).collect()
+        };
+        Self {
+            axes: [0, 1, 2].map(|axis| [0, 1, 2].map(|i| row(i)[axis])),
+            eye: [0, 1, 2].map(|i| row(i)[3]),
+            depth: picture("depth", 65535.0),
+            ids: picture("ids", 255.0),
+            normals: picture("normals", 65535.0),
+            uv: picture("uv", 65535.0),
+        }
+    }
+
+    /// A vector in camera space as one in object space.
+    fn turned(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let [right, above, back] = self.axes;
+        [0, 1, 2].map(|i| right[i] * x + above[i] * y + back[i] * z)
+    }
+
+    /// Where a pixel's centre lies in object space, and how far from the eye for each metre of depth.
+    fn place(&self, pixel: usize, focal: f64) -> ([f64; 3], f64) {
+        let [x, y] = [pixel % SIZE[0], pixel / SIZE[0]].map(|i| i as f64 + 0.5);
+        let [x, y] = [(x - SIZE[0] as f64 / 2.0) / focal, (SIZE[1] as f64 / 2.0 - y) / focal];
+        let metres = self.depth[pixel][0] / 1000.0;
+        let along = self.turned([x, y, -1.0].map(|c| c * metres));
+        ([0, 1, 2].map(|i| self.eye[i] + along[i]), (x * x + y * y + 1.0).sqrt())
+    }
+}
+
+/// Depths, ids, normals and texture coordinates belong to the same face at every pixel, and the cameras' matrices
+/// and lens lead back to it.
+#[test]
+fn data_sets_lead_back_to_their_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // In the plane where z is 0, with u = x and v = 1 - y; v is upwards in OBJ files.
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    std::fs::write(folder.path().join("a.obj"), obj).expect("a file");
+    let args = ["a.obj", "--poses", "5", "--size", "72x48", "--output", "set"];
+    let output = run("datasets", folder.path(), &args);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // A vertical angle of view of 0.6 radians.
+    let focal = 24.0 / 0.3f64.tan();
+    let mut pixels = [0; 3];
+    for pose in 0..5 {
+        let shot = Shot::read(&folder.path().join("set"), pose);
+        for i in 0..SIZE[0] * SIZE[1] {
+            let id = shot.ids[i][0] as usize;
+            pixels[id] += 1;
+            assert_eq!(shot.ids[i][1..], [0.0; 2]);
+            assert_eq!(shot.depth[i][0] == 0.0, id == 0);
+            assert_eq!(shot.normals[i] == [0.0; 3], id == 0);
+            assert_eq!(shot.uv[i][2], if id == 0 { 0.0 } else { 65535.0 });
+            if id == 0 {
+                continue;
+            }
+            let ([x, y, z], length) = shot.place(i, focal);
+            // Depth is rounded to half a millimetre; at borders, corners to 1/256 pixel, which is less.
+            let near = 0.001 * length;
+            let normal = shot.turned(shot.normals[i].map(|n| n / 65535.0 * 2.0 - 1.0));
+            // The triangle, and the floor that it stands on.
+            let (off, axis) = if id == 1 { (z, 2) } else { (y, 1) };
+            assert!(off.abs() < near, "pose {pose}, pixel {i}: {x} {y} {z}");
+            assert!((normal[axis] - 1.0).abs() < 1e-4, "pose {pose}, pixel {i}: {normal:?}");
+            if id == 1 {
+                let [u, v, _] = shot.uv[i].map(|t| t / 65535.0);
+                assert!((u - x).abs().max((1.0 - v - y).abs()) < near, "pose {pose}, pixel {i}");
+            }
+        }
+    }
+    assert!(pixels.iter().all(|&count| count > 100), "{pixels:?}");
 }
