@@ -19,7 +19,7 @@
 /// };
 /// assert_eq!(pixels(CoverageRule::Centre), 10);
 /// assert_eq!(pixels(CoverageRule::Outer(OutsidePolygon::Clamp)), 15);
-/// assert_eq!(pixels(CoverageRule::Inner), 3);
+/// assert_eq!(pixels(CoverageRule::Inner), 1);
 /// # Ok::<(), polyscan::SizeError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

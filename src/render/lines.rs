@@ -23,7 +23,7 @@ use crate::vertices::Vertices;
 /// let mut renderer = ZBufferRenderer::new(frame.viewport());
 /// renderer.draw(&mut frame, Lines::polyline(&zigzag), |_| '#');
 /// let rows: Vec<String> = frame.color().chunks(10).map(|row| row.iter().collect()).collect();
-/// assert_eq!(rows, ["#######...", ".....#....", "....#.....", "...######."]);
+/// assert_eq!(rows, ["#######...", ".....#....", "....#.....", "..#######."]);
 /// # Ok::<(), polyscan::SizeError>(())
 /// ```
 ///
