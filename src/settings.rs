@@ -2,6 +2,7 @@
 
 use crate::coverage::{CoverageRule, FillRule};
 use crate::project::Projection;
+use crate::subpixel::HALF_PIXEL;
 use crate::vertex::Interpolation;
 use crate::view_volume::{ClipPlane, ClipSpace};
 use crate::viewport::{Rect, Viewport};
@@ -202,6 +203,10 @@ impl<const N: usize> Settings<N> {
 
     /// What follows for one draw call into a rectangle of pixels. `planes` are all planes to clip by.
     pub(crate) fn call<'a>(&'a self, bounds: Rect, planes: &'a [ClipPlane]) -> DrawCall<'a> {
+        let mut window = Window::new(&self.viewport, self.scissor, bounds);
+        if self.coverage_rule.is_outer() {
+            window.reach = HALF_PIXEL as i32;
+        }
         DrawCall {
             viewport: self.viewport,
             clip_space: self.clip_space,
@@ -215,8 +220,7 @@ impl<const N: usize> Settings<N> {
             depth: self.depth,
             depth_bias: self.depth_bias,
             projection: Projection::new(&self.viewport, self.clip_space),
-            window: Window::new(&self.viewport, self.scissor, bounds)
-                .with_touched(self.coverage_rule.is_outer()),
+            window,
         }
     }
 }
@@ -242,6 +246,13 @@ pub(crate) struct DrawCall<'a> {
 }
 
 impl DrawCall<'_> {
+    /// The same, with pixels that are covered by their centres.
+    pub(crate) fn by_centres(mut self) -> Self {
+        self.coverage_rule = CoverageRule::Centre;
+        self.window.reach = 0;
+        self
+    }
+
     /// The number of parameters.
     pub(crate) fn params(&self) -> usize {
         self.interpolation.len()

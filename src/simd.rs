@@ -3,28 +3,30 @@
 /// Runs code for the SIMD instructions of a level, as `fearless_simd::dispatch!` does, but for three levels
 /// of x86-64: what SSE4.2 adds to SSE2 gains nothing here, and each level is compiled once for every
 /// shader.
+///
+/// Code that looks much up goes `up to AVX2`: of loops of look-ups the compiler makes gathers for AVX-512, which
+/// take longer than one load after the other.
 macro_rules! for_level {
-    ($level:expr, $simd:ident => $code:expr) => {{
+    (up to AVX2: $level:expr, $simd:ident => $code:expr) => {
+        $crate::simd::for_level!(@ as_avx2, as_sse2: $level, $simd => $code)
+    };
+    ($level:expr, $simd:ident => $code:expr) => {
+        $crate::simd::for_level!(@ as_avx512, as_avx2, as_sse2: $level, $simd => $code)
+    };
+    (@ $($as_level:ident),+: $level:expr, $simd:ident => $code:expr) => {{
         let level: ::fearless_simd::Level = $level;
         #[cfg(all(target_arch = "x86_64", not(feature = "fallback")))]
-        if let Some($simd) = level.as_avx512() {
-            ::fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $code,
-            );
-        } else if let Some($simd) = level.as_avx2() {
-            ::fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $code,
-            );
-        } else if let Some($simd) = level.as_sse2() {
-            ::fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $code,
-            );
+        'drawn: {
+            $(
+                if let Some($simd) = level.$as_level() {
+                    ::fearless_simd::Simd::vectorize(
+                        $simd,
+                        #[inline(always)]
+                        || $code,
+                    );
+                    break 'drawn;
+                }
+            )+
         }
         #[cfg(not(all(target_arch = "x86_64", not(feature = "fallback"))))]
         ::fearless_simd::dispatch!(level, $simd => $code);

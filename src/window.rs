@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::subpixel::{SUBPIXELS, SubpixelPoint, first_centre};
+use crate::subpixel::{SubpixelPoint, first_centre};
 use crate::viewport::{Rect, Viewport};
 
 /// Columns and rows to visit, relative to the viewport's top left corner.
@@ -12,9 +12,8 @@ pub(crate) struct Window {
     pub(crate) rows: Range<i32>,
     /// The viewport's corner on the framebuffer.
     corner: (i32, i32),
-    /// Whether pixels count that are touched without their centres.
-    is_touched: bool,
-    /// How far from a pixel's centre, in subpixels, it is sampled: 0 if only there.
+    /// How far from a pixel's centre, in subpixels, along each axis, is what may count for it: 0 if only the
+    /// centre does.
     pub(crate) reach: i32,
 }
 
@@ -30,12 +29,7 @@ impl Window {
             let inside = |pixel: i64| (pixel.clamp(first, end) - first) as i32;
             inside(bounds[axis].0.max(scissor[axis].0))..inside(bounds[axis].1.min(scissor[axis].1))
         });
-        Self { columns, rows, corner: (x, y), reach: 0, is_touched: false }
-    }
-
-    /// The same, with extents of what is touched.
-    pub(crate) fn with_touched(self, is_touched: bool) -> Self {
-        Self { is_touched, ..self }
+        Self { columns, rows, corner: (x, y), reach: 0 }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -59,8 +53,8 @@ impl Window {
         (row + self.corner.1) as usize
     }
 
-    /// The columns and rows of the window whose centres lie between the points, or within reach, or that
-    /// these touch, if there are any.
+    /// The columns and rows of the window whose centres lie between the points, or within reach, if there
+    /// are any.
     #[inline(always)]
     pub(crate) fn extent(
         &self,
@@ -71,9 +65,6 @@ impl Window {
             (left, right) = (left.min(x), right.max(x));
             (top, bottom) = (top.min(y), bottom.max(y));
         }
-        if self.is_touched && left <= right {
-            return self.touched(left..right, top..bottom);
-        }
         let centres = |first: i32, last: i32, within: &Range<i32>| {
             let first = first_centre(first.saturating_sub(self.reach));
             let end = first_centre(last.saturating_add(self.reach));
@@ -81,18 +72,6 @@ impl Window {
         };
         let columns = centres(left, right, &self.columns);
         let rows = centres(top, bottom, &self.rows);
-        (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
-    }
-
-    /// The columns and rows of the window that lie in a rectangle, or in part.
-    #[cold]
-    fn touched(&self, x: Range<i32>, y: Range<i32>) -> Option<(Range<i32>, Range<i32>)> {
-        let touched = |range: &Range<i32>, within: &Range<i32>| {
-            let (start, end) =
-                (range.start.div_euclid(SUBPIXELS), -(-range.end).div_euclid(SUBPIXELS));
-            start.max(within.start)..end.min(within.end)
-        };
-        let (columns, rows) = (touched(&x, &self.columns), touched(&y, &self.rows));
         (!columns.is_empty() && !rows.is_empty()).then_some((columns, rows))
     }
 }

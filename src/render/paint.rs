@@ -35,7 +35,8 @@ pub trait Paint<C>: Sized {
     fn paint(self, pixel: &mut C) -> bool;
 
     /// Whether [`paint_block`](Self::paint_block) is called in place of [`paint`](Self::paint) where there are
-    /// many pixels: when the shader has been called for all of them.
+    /// many pixels: when the shader has been called for all of them. What is painted must not depend on the
+    /// pixels' colours then.
     const IN_BLOCKS: bool = false;
 
     /// Changes those of a block's pixels for which there is something, and returns a bit for each, but for

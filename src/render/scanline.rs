@@ -30,7 +30,6 @@ mod draw;
 
 use fearless_simd::Level;
 
-use crate::coverage::CoverageRule;
 use crate::fragment::{Fragment, FragmentBlock, LANES};
 use crate::render::band::Band;
 use crate::render::corners::ProjectedVertices;
@@ -188,7 +187,7 @@ impl<const N: usize> ScanlineRenderer<N> {
         let Parts { settings, level, plan, front, drawer } = self.parts();
         let Drawer { corners, faces, rows, strokes } = drawer;
         settings.collect_planes(&mut front.planes);
-        let call = by_centres(&settings.call(settings.viewport.rect(), &front.planes));
+        let call = settings.call(settings.viewport.rect(), &front.planes).by_centres();
         geometry.submit(&mut front.geometry, usize::MAX, &mut |batch| {
             let batch = match strokes.prepare(&call, batch) {
                 true => &Batch { faces: &FaceList::default(), ..*batch },
@@ -213,12 +212,6 @@ impl<const N: usize> ScanlineRenderer<N> {
 }
 
 drawing_methods!(ScanlineRenderer);
-
-/// A call that has pixels covered by their centres.
-fn by_centres<'a>(call: &DrawCall<'a>) -> DrawCall<'a> {
-    let window = call.window.clone().with_touched(false);
-    DrawCall { coverage_rule: CoverageRule::Centre, window, ..call.clone() }
-}
 
 /// The mode of depth by which rows are ordered: that of z.
 fn order_of_rows(mode: DepthMode) -> DepthMode {
@@ -255,7 +248,7 @@ impl DrawFaces for Drawer {
         band: &mut Band<'_>,
         mut shading: Shading<'_>,
     ) {
-        let call = &by_centres(call);
+        let call = &call.clone().by_centres();
         let Self { corners, faces, rows, strokes } = self;
         if strokes.prepare(call, batch) {
             return strokes.draw(call, (level, plan), band, shading);

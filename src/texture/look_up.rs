@@ -1,6 +1,5 @@
 //! The colours of a texture at points, and of what pixels see.
 
-use fearless_simd::Level;
 use glam::{Vec2, Vec4};
 
 use crate::color::to_srgb8_block;
@@ -12,16 +11,6 @@ use crate::texture::sample;
 use crate::texture::texels::with_texels;
 
 impl Texture {
-    /// The SIMD instructions for blocks. For AVX-512 the compiler makes gathers of look-ups, which take longer
-    /// than one load after the other.
-    fn block_level(&self) -> Level {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(avx2) = self.simd_level.as_avx2() {
-            return fearless_simd::Simd::level(avx2);
-        }
-        self.simd_level
-    }
-
     /// The colour at `uv` by the texture's own filter: linear light, premultiplied by alpha.
     ///
     /// Any coordinate is safe, and is wrapped without a rounding error of its own. NaN counts as 0, and
@@ -90,7 +79,7 @@ impl Texture {
     #[must_use]
     pub fn sample_block(&self, uv: &[Lanes; 2], mask: u32) -> [Vec4; LANES] {
         let mut colors = [Vec4::ZERO; LANES];
-        for_level!(self.block_level(), _simd => {
+        for_level!(up to AVX2: self.simd_level, _simd => {
             with_texels!(&self.texels, self.texels.base(), base => {
                 Chain::new(&self.texels, base, &self.how).magnified_block(uv, mask, &mut colors);
             });
@@ -104,7 +93,7 @@ impl Texture {
     #[must_use]
     pub fn sample_footprint_block(&self, of: &FootprintBlock, mask: u32) -> [Vec4; LANES] {
         let mut colors = [Vec4::ZERO; LANES];
-        for_level!(self.block_level(), _simd => {
+        for_level!(up to AVX2: self.simd_level, _simd => {
             with_texels!(&self.texels, self.texels.base(), base => {
                 Chain::new(&self.texels, base, &self.how).sample_block(of, mask, &mut colors);
             });
@@ -118,7 +107,7 @@ impl Texture {
     #[must_use]
     pub fn srgb8_block(&self, of: &FootprintBlock, mask: u32) -> [[u8; 4]; LANES] {
         let mut pixels = [[0; 4]; LANES];
-        for_level!(self.block_level(), _simd => {
+        for_level!(up to AVX2: self.simd_level, _simd => {
             with_texels!(&self.texels, self.texels.base(), base => {
                 let chain = Chain::new(&self.texels, base, &self.how);
                 if !chain.codes_block(&of.uv, mask, &mut pixels) {

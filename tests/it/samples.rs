@@ -9,10 +9,14 @@ use crate::common::generators::{self, Cells, Rng, Shape};
 use crate::common::oracle::{self, Depth, FillRule, Position, Sample, Snapped, Window};
 use crate::common::{bare, in_threads, tally, vertices, viewport};
 use glam::{Vec3, Vec4, vec4};
+use polyscan::color::Color;
 use polyscan::render::{
     Additive, Average, MultisampleFramebuffer, MultisampleRenderer, Over, Samples, ShadingPlace,
 };
-use polyscan::{DepthTest, FragmentBlock, Framebuffer, Level, Mesh, Vertex};
+use polyscan::{
+    CoverageRule, DepthTest, FragmentBlock, Framebuffer, Level, Mesh, OutsidePolygon, Texture,
+    Vertex,
+};
 
 const WINDOW: Window = Window { width: 37, height: 19 };
 const GUARD: f64 = 65536.0;
@@ -238,6 +242,109 @@ fn each_sample_has_the_nearest_face_its_depth_and_the_value_at_the_centroid() {
     let seen = in_threads(0..200, check_scene);
     println!("{seen:?}");
     assert!(seen.samples > 100_000 && seen.at_edges > 10_000, "{seen:?}");
+}
+
+/// Two quads that fill the picture, the second of which comes nearer along a line: within pixels, where all
+/// centres of 16 pixels are on one side of it and some of their samples on the other.
+#[test]
+fn planes_that_cross_within_pixels_cross_at_each_sample() {
+    let mut near = 0;
+    for seed in 0..300 {
+        let rng = &mut Rng::new(seed);
+        let samples = ALL[rng.below(3)];
+        let slope = [rng.range(-0.3, 0.3), rng.range(-0.3, 0.3)];
+        let slope = [[0.0, slope[1]], [slope[0], 0.0], slope][rng.below(3)];
+        let middle = [rng.range(-0.9, 0.9), rng.range(-0.9, 0.9)];
+        // Numbers that f32 has exactly, so that the planes are those of the vertices.
+        let [slope, middle] = [slope, middle].map(|pair| pair.map(|c| (c * 256.0).round() / 256.0));
+        let z = |x: f64, y: f64| 0.5 + slope[0] * (x - middle[0]) + slope[1] * (y - middle[1]);
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        // A frustum as deep as the plane: no near or far plane cuts it.
+        let plane = |z: &dyn Fn(f64, f64) -> f64| {
+            corners.map(|(x, y)| {
+                let depth = z(x, y) / 4.0 + 0.375;
+                Vertex::new(vec4(x as f32, y as f32, depth as f32, 1.0), [])
+            })
+        };
+        let mut frame = frame(samples, 0u32);
+        let mut renderer = MultisampleRenderer::new(frame.viewport());
+        renderer.draw(&mut frame, &plane(&|_, _| 0.5), |_| 1);
+        if rng.once_in(2) {
+            renderer.draw(&mut frame, &plane(&z), |_| 2);
+        } else {
+            renderer.draw_blocks(&mut frame, &plane(&z), |_, colors| colors.fill(2));
+        }
+        for (x, y) in pixels() {
+            for (sample, offset) in samples.places().iter().enumerate() {
+                let [px, py] = in_pixels(place(x, y, *offset));
+                let at = (
+                    px / f64::from(WINDOW.width) * 2.0 - 1.0,
+                    1.0 - py / f64::from(WINDOW.height) * 2.0,
+                );
+                let ahead = 0.5 - z(at.0, at.1);
+                // Of a plane without a slope, and at the line itself, rounding decides.
+                if ahead.abs() > 1e-5 {
+                    let expected = if ahead > 0.0 { 2 } else { 1 };
+                    let found = frame.sample(x, y, sample).map(|(color, _)| color);
+                    assert_eq!(found, Some(expected), "seed {seed}, {x}, {y}, {sample}");
+                    near += u64::from(ahead.abs() < 0.005);
+                }
+            }
+        }
+    }
+    assert!(near > 10_000, "{near}");
+}
+
+/// A texture's paint is looked up once for a pixel, and drawn at all samples that are seen.
+#[test]
+fn textures_paint_samples_as_colours_do() {
+    let texel = |x: u32, y: u32| vec4(x as f32 / 8.0, y as f32 / 8.0, (x + y) as f32 / 16.0, 1.0);
+    let texture = Texture::from_fn(8, 8, texel).expect("a small picture");
+    for seed in 0..40 {
+        let rng = &mut Rng::new(seed);
+        let shapes: Vec<_> =
+            (0..8).map(|_| generators::random_triangle::<2>(rng, 20.0, 1.5)).collect();
+        let samples = ALL[rng.below(3)];
+        let mut frames = [(); 2].map(|()| frame(samples, [0u8; 4]));
+        let mut renderer = MultisampleRenderer::new(frames[0].viewport());
+        for shape in &shapes {
+            let triangle = vertices(shape);
+            renderer.draw(&mut frames[0], &triangle, |f| texture.paint(f.params));
+        }
+        let mut renderer = MultisampleRenderer::new(frames[1].viewport());
+        for shape in &shapes {
+            let triangle = vertices(shape);
+            renderer
+                .draw(&mut frames[1], &triangle, |f| texture.sample(f.params.into()).to_srgb8());
+        }
+        for (x, y) in pixels() {
+            for sample in 0..samples.count() {
+                let [paint, color] = frames.each_ref().map(|frame| frame.sample(x, y, sample));
+                assert_eq!(paint, color, "seed {seed}, {x}, {y}, {sample}");
+            }
+        }
+    }
+}
+
+/// The samples say what is covered, whatever rule the settings have for pixels.
+#[test]
+fn no_rule_for_pixels_changes_samples() {
+    for seed in 0..40 {
+        let polygon = bare(&any_polygon(&mut Rng::new(seed)));
+        let draw = |rule| {
+            let mut frame = frame(Samples::Four, 0u32);
+            let mut renderer = MultisampleRenderer::new(frame.viewport());
+            renderer.settings.coverage_rule = rule;
+            renderer.draw(&mut frame, &polygon, |_| 1);
+            pixels()
+                .flat_map(|(x, y)| (0..4).map(move |sample| (x, y, sample)))
+                .map(|(x, y, sample)| frame.sample(x, y, sample))
+                .collect::<Vec<_>>()
+        };
+        let centres = draw(CoverageRule::Centre);
+        assert_eq!(draw(CoverageRule::Outer(OutsidePolygon::Clamp)), centres, "seed {seed}");
+        assert_eq!(draw(CoverageRule::Inner), centres, "seed {seed}");
+    }
 }
 
 /// A quad with a value that is its distance from the left, in pixels.

@@ -57,7 +57,7 @@ pub enum ShadingPlace {
 /// A picture on a transparent background is one of `Vec4` that begins with [`Vec4::ZERO`](glam::Vec4::ZERO):
 /// linear light premultiplied by alpha, which averages right, and which is saved with straight alpha.
 ///
-/// Faces that have no plane for depth, as of four corners with a w of their own each, have the depth of the
+/// What is covered is said by the samples, whatever the [rule](Settings::coverage_rule) is. Faces that have no plane for depth, as of four corners with a w of their own each, have the depth of the
 /// pixel's centre at all samples.
 #[derive(Clone, Debug)]
 pub struct MultisampleRenderer<const N: usize> {
@@ -182,7 +182,7 @@ impl<const N: usize> MultisampleRenderer<N> {
         let Some(geometry) = geometry else { return };
         let Self { settings, planes, sorted, mesh, .. } = self;
         settings.collect_planes(planes);
-        let mut call = settings.call(rect, planes);
+        let mut call = settings.call(rect, planes).by_centres();
         if call.window.is_empty() {
             return;
         }

@@ -79,33 +79,11 @@ where
         block: &mut FragmentBlock<'_, N>,
         mut samples: SampleColors<'_, C>,
     ) {
-        let Some(&mut lower) = samples.half(0, 0) else { return samples.visible.fill(0) };
-        let Some(&mut upper) = samples.half(0, 1) else { return samples.visible.fill(0) };
-        let mut shaded = Aligned(std::array::from_fn(
-            #[inline(always)]
-            |lane| if lane < HALF_BLOCK { lower[lane] } else { upper[lane - HALF_BLOCK] },
-        ));
+        let Some(mut shaded) = samples.first() else { return samples.visible.fill(0) };
         self.0.call(block, &mut shaded.0);
         // Stored as a whole, so that the shader's loop over the lanes can be SIMD.
         let shaded = std::hint::black_box(&shaded).0;
-        for sample in 0..samples.visible.len() {
-            let drawn = samples.visible[sample] & block.visible;
-            samples.visible[sample] = drawn;
-            for half in 0..2 {
-                let new = &shaded[half * HALF_BLOCK..][..HALF_BLOCK];
-                let drawn = drawn >> (half * HALF_BLOCK) & (ALL >> HALF_BLOCK);
-                if drawn == 0 {
-                    continue;
-                }
-                if let Some(colors) = samples.half(sample, half) {
-                    if drawn == ALL >> HALF_BLOCK {
-                        colors.copy_from_slice(new);
-                    } else {
-                        choose(simd, drawn, new, colors);
-                    }
-                }
-            }
-        }
+        samples.replace(simd, block.visible, &shaded);
     }
 }
 
@@ -116,7 +94,7 @@ where
     F: FragmentFunction<R, N>,
 {
     const IS_BY_PIXEL: bool = true;
-    const REPLACES: bool = false;
+    const REPLACES: bool = R::IN_BLOCKS;
 
     #[inline(always)]
     fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
@@ -126,16 +104,62 @@ where
     #[inline(always)]
     fn shade<S: Simd>(
         &mut self,
-        _: S,
+        simd: S,
         block: &mut FragmentBlock<'_, N>,
         mut samples: SampleColors<'_, C>,
     ) {
         let mut left = block.visible & ALL;
+        if R::IN_BLOCKS {
+            let Some(mut shaded) = samples.first() else { return samples.visible.fill(0) };
+            let paints = std::array::from_fn(
+                #[inline(always)]
+                |lane| (left >> lane & 1 != 0).then(|| self.0.call(&block.fragment(lane))),
+            );
+            let drawn = R::paint_block(paints, &mut shaded.0);
+            return samples.replace(simd, drawn, &shaded.0);
+        }
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
             let result = self.0.call(&block.fragment(lane));
             samples.paint_pixel(lane, MOST_SAMPLES, result);
+        }
+    }
+}
+
+impl<C: Copy> SampleColors<'_, C> {
+    /// The colours of the first samples; in a half that lies outside of the memory, those of the other.
+    #[inline(always)]
+    fn first(&mut self) -> Option<Aligned<[C; LANES]>> {
+        let [lower, upper] = [0, 1].map(|half| self.half(0, half).copied());
+        let (lower, upper) = (lower.or(upper)?, upper.or(lower)?);
+        Some(Aligned(std::array::from_fn(
+            #[inline(always)]
+            |lane| if lane < HALF_BLOCK { lower[lane] } else { upper[lane - HALF_BLOCK] },
+        )))
+    }
+
+    /// Replaces the colours of visible samples of the pixels that have a bit in a mask; the others are not
+    /// drawn.
+    #[inline(always)]
+    fn replace<S: Simd>(&mut self, simd: S, pixels: u32, new: &[C; LANES]) {
+        for sample in 0..self.visible.len() {
+            let drawn = self.visible[sample] & pixels;
+            self.visible[sample] = drawn;
+            for half in 0..2 {
+                let new = &new[half * HALF_BLOCK..][..HALF_BLOCK];
+                let drawn = drawn >> (half * HALF_BLOCK) & (ALL >> HALF_BLOCK);
+                if drawn == 0 {
+                    continue;
+                }
+                if let Some(colors) = self.half(sample, half) {
+                    if drawn == ALL >> HALF_BLOCK {
+                        colors.copy_from_slice(new);
+                    } else {
+                        choose(simd, drawn, new, colors);
+                    }
+                }
+            }
         }
     }
 }
