@@ -71,7 +71,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`color`] | linear light and sRGB |
-//! | [`render`] | `render::depth` tests and `render::coarse_depth`; `render::band`s of rows; what shaders return, `render::paint`; the loops around a `render::shader` |
+//! | [`render`] | `render::depth` tests and `render::coarse_depth`; `render::band`s of rows; what shaders return, `render::paint`; the loops around a `render::shader`: `render::shader::blocks` to shade, each `render::shader::form`, and how they `render::shader::draw` |
 //! | `render::raster` | which loops a polygon takes, `render::raster::plan`; blocks against depths, `render::raster::test`; its runs, `render::raster::rows` |
 //! | `render::parallel` | work on all processors |
 //! | `render::target`, `render::framebuffer` | memory to draw to, borrowed or owned |

@@ -29,7 +29,7 @@
 //!
 //! # How a renderer works
 //!
-//! All that depends on a shader is in one private file, `render::shader`: loops over visible blocks. The
+//! All that depends on a shader is in one private module, `render::shader`: loops over visible blocks. The
 //! rest, from vertices to the depths that blocks are tested against, is compiled once, in this library.
 //! So a shader costs its author little time to compile, and a program that is not optimised still draws
 //! with a library that is.

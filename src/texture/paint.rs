@@ -25,8 +25,8 @@ impl Texture {
     /// What a shader returns to have its pixel painted by the texture: in the colour that
     /// [`sample_footprint`](Self::sample_footprint) gives, of a footprint or of a point.
     ///
-    /// The renderer looks colours up for sixteen pixels at once, several times as fast as a shader does
-    /// that samples them itself.
+    /// The renderer looks colours up for sixteen pixels at once, two to three times as fast as a
+    /// shader does that samples them itself.
     ///
     /// ```
     /// use glam::{Vec4, vec4};
