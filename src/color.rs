@@ -58,9 +58,16 @@ const BLOCK: usize = 16;
 /// [`Color::to_srgb8`] of the colours of a block: faster than one by one, if it is inlined into code that is
 /// compiled for SIMD.
 #[inline(always)]
-pub(crate) fn to_srgb8_block(colors: &[Vec4; BLOCK], are_opaque: bool) -> [[u8; 4]; BLOCK] {
+pub(crate) fn to_srgb8_block(
+    colors: &[Vec4; BLOCK],
+    are_opaque: bool,
+    pixels: &mut [[u8; 4]; BLOCK],
+) {
     if !are_opaque {
-        return colors.map(Color::to_srgb8);
+        for (pixel, color) in pixels.iter_mut().zip(colors) {
+            *pixel = color.to_srgb8();
+        }
+        return;
     }
     // Loops over flat lists, the first and the last of which become SIMD; look-ups between them would keep the
     // compiler from it.
@@ -79,11 +86,9 @@ pub(crate) fn to_srgb8_block(colors: &[Vec4; BLOCK], are_opaque: bool) -> [[u8; 
     for i in 0..4 * BLOCK {
         codes[i] = ((found[i] + (places[i] & REST)) >> REST_BITS) as u8;
     }
-    let mut pixels = [[0; 4]; BLOCK];
     for (pixel, codes) in pixels.iter_mut().zip(codes.as_chunks::<4>().0) {
         *pixel = (u32::from_le_bytes(*codes) | 255 << 24).to_le_bytes();
     }
-    pixels
 }
 
 /// A colour that a framebuffer can show as 8-bit sRGB with alpha.

@@ -10,8 +10,8 @@ use crate::fragment::{FootprintBlock, LANES, Lanes};
 use crate::texture::level::{MipFilter, Sides};
 use crate::texture::minify::{Chain, Filtering, probe_at};
 use crate::texture::sample::{Filter, Surroundings, mix};
-use crate::texture::texels::{Fetch, Level, Texels};
-use crate::texture::wrap::{Neighbours, Wrap, nearest_index};
+use crate::texture::texels::{Fetch, Level, Srgba8, Texels};
+use crate::texture::wrap::{Neighbours, Wrap, nearest_index, wrapped};
 
 /// The colour of each lane.
 pub(super) type Colors = [Vec4; LANES];
@@ -27,22 +27,15 @@ struct Axis {
 }
 
 impl Axis {
+    /// Those of coordinates that are wrapped.
     #[inline(always)]
-    fn around(coordinates: &Lanes, sizes: &Lanes, wrap: Wrap) -> Self {
+    fn around(wrapped: &Lanes, sizes: &Lanes, wrap: Wrap) -> Self {
         // A loop for each, whose body has no branch.
         match wrap {
             Wrap::Repeat => {
-                Self::each(|i| Neighbours::around(coordinates[i], sizes[i], Wrap::Repeat))
+                Self::each(|i| Neighbours::around_wrapped(wrapped[i], sizes[i], Wrap::Repeat))
             }
-            Wrap::Clamp => {
-                Self::each(|i| Neighbours::around(coordinates[i], sizes[i], Wrap::Clamp))
-            }
-            Wrap::Mirror => {
-                Self::each(|i| Neighbours::around(coordinates[i], sizes[i], Wrap::Mirror))
-            }
-            Wrap::Border => {
-                Self::each(|i| Neighbours::around(coordinates[i], sizes[i], Wrap::Border))
-            }
+            _ => Self::each(|i| Neighbours::around_wrapped(wrapped[i], sizes[i], Wrap::Clamp)),
         }
     }
 
@@ -55,6 +48,33 @@ impl Axis {
         }
         axis
     }
+}
+
+/// Coordinates brought into 0 to 1: the same on all levels.
+#[inline(always)]
+fn wrapped_block(uv: &[Lanes; 2], around: &Surroundings) -> [Lanes; 2] {
+    let mut all = [[0.0; LANES]; 2];
+    for ((all, coordinates), wrap) in all.iter_mut().zip(uv).zip([around.u, around.v]) {
+        // A loop for each, whose body has no branch.
+        match wrap {
+            Wrap::Repeat => {
+                for (to, from) in all.iter_mut().zip(coordinates) {
+                    *to = wrapped(*from, Wrap::Repeat);
+                }
+            }
+            Wrap::Mirror => {
+                for (to, from) in all.iter_mut().zip(coordinates) {
+                    *to = wrapped(*from, Wrap::Mirror);
+                }
+            }
+            Wrap::Clamp | Wrap::Border => {
+                for (to, from) in all.iter_mut().zip(coordinates) {
+                    *to = wrapped(*from, Wrap::Clamp);
+                }
+            }
+        }
+    }
+    all
 }
 
 /// The level of each lane: its size, and the number of its first texel.
@@ -98,9 +118,9 @@ struct Surrounding {
 }
 
 impl Surrounding {
+    /// Those of coordinates that are wrapped, in a picture without a border.
     #[inline(always)]
     fn of([u, v]: &[Lanes; 2], levels: &Levels, around: &Surroundings) -> Self {
-        // Without a border all are in the picture.
         let float = |sizes: &[u32; LANES]| {
             let mut floats = [0.0; LANES];
             for (float, size) in floats.iter_mut().zip(sizes) {
@@ -151,7 +171,8 @@ impl<F: Fetch> Chain<'_, F> {
             Filter::Nearest => self.nearest_block(uv, mask, colors),
             Filter::Bilinear if self.is_plain() => {
                 let levels = Levels::all(self.base.size);
-                self.bilinear_block(uv, &levels, mask, |lane, color| colors[lane] = color);
+                let uv = wrapped_block(uv, &self.how.around);
+                self.bilinear_block(&uv, &levels, mask, colors);
             }
             _ => for_lanes(mask, |lane| {
                 colors[lane] = self.magnified(vec2(uv[0][lane], uv[1][lane]));
@@ -159,37 +180,23 @@ impl<F: Fetch> Chain<'_, F> {
         }
     }
 
-    /// The colours of footprints.
+    /// The colours of footprints by the filter of what is made smaller.
     #[inline(always)]
-    pub(super) fn sample_block(&self, of: &FootprintBlock, mask: u32, colors: &mut Colors) {
+    pub(super) fn minified_block(&self, of: &FootprintBlock, mask: u32, colors: &mut Colors) {
         let Filtering { mip_filter, filter, .. } = self.how;
         let is_bilinear = *filter == Filter::Bilinear && self.is_plain();
-        match mip_filter {
-            MipFilter::Off => self.magnified_block(&of.uv, mask, colors),
-            MipFilter::Linear if is_bilinear => {
-                let mut lambdas = [0.0; LANES];
-                for (lane, lambda) in lambdas.iter_mut().enumerate() {
-                    *lambda = self.how.adjusted(self.sides(of, lane).lambda());
-                }
-                self.trilinear_block(&of.uv, &lambdas, mask, colors);
-            }
-            MipFilter::Anisotropic { probes } if is_bilinear => {
-                self.anisotropic_block(of, *probes, mask, colors);
-            }
-            _ => for_lanes(mask, |lane| colors[lane] = self.sample(&of.get(lane))),
-        }
+        let probes = match mip_filter {
+            MipFilter::Linear if is_bilinear => self.middles(of),
+            MipFilter::Anisotropic { probes } if is_bilinear => self.along_axes(of, *probes, mask),
+            _ => return for_lanes(mask, |lane| colors[lane] = self.sample(&of.get(lane))),
+        };
+        self.means(&of.uv, &probes, mask, colors);
     }
 
     /// Whether the four texels around a point are in the picture, and have numbers of 32 bits.
     #[inline(always)]
     fn is_plain(&self) -> bool {
         self.texels.has_short_numbers() && !self.how.around.has_border()
-    }
-
-    /// Whether all colours are opaque.
-    #[inline(always)]
-    pub(super) fn is_opaque(&self) -> bool {
-        F::OPAQUE && !self.how.around.has_border()
     }
 
     #[inline(always)]
@@ -213,25 +220,6 @@ impl<F: Fetch> Chain<'_, F> {
         });
     }
 
-    /// The codes of the texels in which points lie, if they are what is asked for, and are opaque.
-    #[inline(always)]
-    pub(super) fn codes_block(&self, uv: &[Lanes; 2], mask: u32, codes: &mut Codes) -> bool {
-        let Filtering { filter, mip_filter, .. } = self.how;
-        let is_nearest = *filter == Filter::Nearest && *mip_filter == MipFilter::Off;
-        if !is_nearest || !F::OPAQUE || !self.is_plain() {
-            return false;
-        }
-        let (x, y) = self.nearest_places(uv);
-        let mut numbers = [0; LANES];
-        for lane in 0..LANES {
-            numbers[lane] = y[lane].wrapping_mul(self.base.size.width).wrapping_add(x[lane]);
-        }
-        for_lanes(mask, |lane| {
-            codes[lane] = self.base.code_numbered(numbers[lane] as usize).unwrap_or_default();
-        });
-        true
-    }
-
     /// Columns and rows of the texels in which points lie.
     #[inline(always)]
     fn nearest_places(&self, [u, v]: &[Lanes; 2]) -> ([u32; LANES], [u32; LANES]) {
@@ -239,15 +227,9 @@ impl<F: Fetch> Chain<'_, F> {
         (nearest_indices(u, size.width, around.u), nearest_indices(v, size.height, around.v))
     }
 
-    /// The bilinear means at points, each on a level of its own.
+    /// The bilinear means at points whose coordinates are wrapped, each on a level of its own.
     #[inline(always)]
-    fn bilinear_block(
-        &self,
-        uv: &[Lanes; 2],
-        levels: &Levels,
-        mask: u32,
-        mut take: impl FnMut(usize, Vec4),
-    ) {
+    fn bilinear_block(&self, uv: &[Lanes; 2], levels: &Levels, mask: u32, colors: &mut Colors) {
         let around = &self.how.around;
         let Surrounding { texels, fraction: [x, y] } = &Surrounding::of(uv, levels, around);
         for_lanes(
@@ -261,7 +243,7 @@ impl<F: Fetch> Chain<'_, F> {
                 let upper = mix(texel(0), texel(1), x[lane]);
                 let color = mix(upper, mix(texel(2), texel(3), x[lane]), y[lane]);
                 // The mean of opaque texels is opaque.
-                take(lane, if F::OPAQUE { color.with_w(1.0) } else { color });
+                colors[lane] = if F::OPAQUE { color.with_w(1.0) } else { color };
             },
         );
     }
@@ -269,60 +251,122 @@ impl<F: Fetch> Chain<'_, F> {
     /// The trilinear means; of what is magnified, the bilinear ones.
     #[inline(always)]
     fn trilinear_block(&self, uv: &[Lanes; 2], lambdas: &Lanes, mask: u32, colors: &mut Colors) {
-        let (mut finer, mut coarser) = ([0; LANES], [0; LANES]);
-        let (mut fractions, mut between) = ([0.0; LANES], 0);
+        let (mut levels, mut fractions, mut between) = ([0; LANES], [0.0; LANES], 0);
         for lane in 0..LANES {
-            let (level, fraction) = self.levels(lambdas[lane]);
-            (finer[lane], coarser[lane], fractions[lane]) = (level, level + 1, fraction);
-            between |= u32::from(fraction > 0.0) << lane;
+            (levels[lane], fractions[lane]) = self.levels(lambdas[lane]);
+            between |= u32::from(fractions[lane] > 0.0) << lane;
         }
+        let uv = wrapped_block(uv, &self.how.around);
+        // The finer level of all, then the coarser one of those that are between two.
         between &= mask;
-        let finer = Levels::of(self.texels, &finer);
-        self.bilinear_block(uv, &finer, mask, |lane, color| colors[lane] = color);
-        if between != 0 {
-            let coarser = Levels::of(self.texels, &coarser);
-            self.bilinear_block(uv, &coarser, between, |lane, color| {
-                colors[lane] = mix(colors[lane], color, fractions[lane]);
-            });
+        let mut coarser = [Vec4::ZERO; LANES];
+        for (step, mask) in [(0, mask), (1, between)] {
+            if mask != 0 {
+                let mut numbers = levels;
+                for number in &mut numbers {
+                    *number += step;
+                }
+                let means = if step == 0 { &mut *colors } else { &mut coarser };
+                self.bilinear_block(&uv, &Levels::of(self.texels, &numbers), mask, means);
+            }
         }
+        for_lanes(between, |lane| {
+            colors[lane] = mix(colors[lane], coarser[lane], fractions[lane]);
+        });
     }
 
-    /// The means of probes along the longer axes.
+    /// A probe at the middle of each footprint.
     #[inline(always)]
-    fn anisotropic_block(&self, of: &FootprintBlock, most: u32, mask: u32, colors: &mut Colors) {
-        let (mut counts, mut lambdas) = ([1; LANES], [0.0; LANES]);
-        let mut along = [[0.0; LANES]; 2];
+    fn middles(&self, of: &FootprintBlock) -> Probes {
+        let mut probes = Probes::default();
+        for (lane, lambda) in probes.lambdas.iter_mut().enumerate() {
+            *lambda = self.how.adjusted(self.sides(of, lane).lambda());
+        }
+        probes
+    }
+
+    /// Probes along the longer axes of footprints.
+    #[inline(always)]
+    fn along_axes(&self, of: &FootprintBlock, most: u32, mask: u32) -> Probes {
+        let mut probes = Probes::default();
         for lane in 0..LANES {
             let ellipse = self.sides(of, lane).ellipse();
             let (count, lambda) = ellipse.probes(most);
+            (probes.counts[lane], probes.lambdas[lane]) = (count, self.how.adjusted(lambda));
             let axis = ellipse.direction * ellipse.major / self.size();
-            (counts[lane], lambdas[lane]) = (count, self.how.adjusted(lambda));
-            [along[0][lane], along[1][lane]] = axis.to_array();
+            [probes.along[0][lane], probes.along[1][lane]] = axis.to_array();
         }
-        let (mut single, mut most) = (0, 0);
-        for_lanes(mask, |lane| {
-            most = counts[lane].max(most);
-            single |= u32::from(counts[lane] == 1) << lane;
-        });
-        // A single probe is at the middle itself; several are moved, and added up.
-        let several = mask & !single;
-        let mut sums = [Vec4::ZERO; LANES];
-        for i in 0..most {
-            let (mut uv, mut left) = (of.uv, 0);
-            for lane in 0..LANES {
-                let t = probe_at(i, counts[lane]);
-                for axis in 0..2 {
-                    let moved = of.uv[axis][lane] + along[axis][lane] * t;
-                    uv[axis][lane] = if counts[lane] == 1 { of.uv[axis][lane] } else { moved };
+        for_lanes(mask, |lane| probes.most = probes.most.max(probes.counts[lane]));
+        probes
+    }
+
+    /// The means of probes, in colours that are 0 before.
+    #[inline(always)]
+    fn means(&self, middles: &[Lanes; 2], probes: &Probes, mask: u32, colors: &mut Colors) {
+        let Probes { counts, lambdas, along, most } = probes;
+        let are_single = *most == 1;
+        for i in 0..*most {
+            let (mut moved, mut left, mut probe) = ([[0.0; LANES]; 2], mask, [Vec4::ZERO; LANES]);
+            // A single probe is at the middle itself; several are moved, and added up.
+            let (uv, into) = if are_single {
+                (middles, &mut *colors)
+            } else {
+                left = 0;
+                for lane in 0..LANES {
+                    let (count, t) = (counts[lane], probe_at(i, counts[lane]));
+                    for axis in 0..2 {
+                        let middle = middles[axis][lane];
+                        let away = middle + along[axis][lane] * t;
+                        moved[axis][lane] = if count > 1 { away } else { middle };
+                    }
+                    left |= u32::from(count > i) << lane;
                 }
-                left |= u32::from(counts[lane] > i) << lane;
+                left &= mask;
+                (&moved, &mut probe)
+            };
+            self.trilinear_block(uv, lambdas, left, into);
+            if !are_single {
+                for_lanes(left, |lane| {
+                    let is_sum = counts[lane] > 1;
+                    colors[lane] = if is_sum { colors[lane] + probe[lane] } else { probe[lane] };
+                });
             }
-            let mut probes = [Vec4::ZERO; LANES];
-            self.trilinear_block(&uv, &lambdas, left & mask, &mut probes);
-            for_lanes(left & single & mask, |lane| colors[lane] = probes[lane]);
-            for_lanes(left & several, |lane| sums[lane] += probes[lane]);
         }
-        for_lanes(several, |lane| colors[lane] = sums[lane] / counts[lane] as f32);
+        if !are_single {
+            for_lanes(mask, |lane| colors[lane] /= counts[lane] as f32);
+        }
+    }
+}
+
+/// How many probes each lane takes, at which level of detail, and the axis that they are spread along.
+struct Probes {
+    counts: [u32; LANES],
+    lambdas: Lanes,
+    along: [Lanes; 2],
+    /// The greatest of the counts.
+    most: u32,
+}
+
+impl Default for Probes {
+    /// One at the middle of each, of level 0.
+    #[inline(always)]
+    fn default() -> Self {
+        Self { counts: [1; LANES], lambdas: [0.0; LANES], along: [[0.0; LANES]; 2], most: 1 }
+    }
+}
+
+impl Chain<'_, Srgba8<'_, true>> {
+    /// The codes of the texels in which points lie, of a picture without a border.
+    #[inline(always)]
+    pub(super) fn codes_block(&self, uv: &[Lanes; 2], mask: u32, codes: &mut Codes) {
+        let (x, y) = self.nearest_places(uv);
+        let mut numbers = [0; LANES];
+        for lane in 0..LANES {
+            numbers[lane] = y[lane].wrapping_mul(self.base.size.width).wrapping_add(x[lane]);
+        }
+        for_lanes(mask, |lane| {
+            codes[lane] = self.base.code_numbered(numbers[lane] as usize).unwrap_or_default();
+        });
     }
 }
 

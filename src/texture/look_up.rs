@@ -5,9 +5,11 @@ use glam::{Vec2, Vec4};
 use crate::color::to_srgb8_block;
 use crate::fragment::{Footprint, FootprintBlock, LANES, Lanes};
 use crate::simd::for_level;
+use crate::texture::block::Colors;
 use crate::texture::build::Texture;
-use crate::texture::minify::Chain;
-use crate::texture::sample;
+use crate::texture::level::MipFilter;
+use crate::texture::minify::{Chain, Filtering};
+use crate::texture::sample::{self, Filter};
 use crate::texture::texels::with_texels;
 
 impl Texture {
@@ -79,12 +81,16 @@ impl Texture {
     #[must_use]
     pub fn sample_block(&self, uv: &[Lanes; 2], mask: u32) -> [Vec4; LANES] {
         let mut colors = [Vec4::ZERO; LANES];
+        self.magnify(uv, mask, &mut colors);
+        colors
+    }
+
+    fn magnify(&self, uv: &[Lanes; 2], mask: u32, colors: &mut Colors) {
         for_level!(up to AVX2: self.simd_level, _simd => {
             with_texels!(&self.texels, self.texels.base(), base => {
-                Chain::new(&self.texels, base, &self.how).magnified_block(uv, mask, &mut colors);
+                Chain::new(&self.texels, base, &self.how).magnified_block(uv, mask, colors);
             });
         });
-        colors
     }
 
     /// The colours of the footprints of a block's lanes, as
@@ -93,12 +99,19 @@ impl Texture {
     #[must_use]
     pub fn sample_footprint_block(&self, of: &FootprintBlock, mask: u32) -> [Vec4; LANES] {
         let mut colors = [Vec4::ZERO; LANES];
+        self.filter_footprints(of, mask, &mut colors);
+        colors
+    }
+
+    fn filter_footprints(&self, of: &FootprintBlock, mask: u32, colors: &mut Colors) {
+        if self.how.mip_filter == MipFilter::Off {
+            return self.magnify(&of.uv, mask, colors);
+        }
         for_level!(up to AVX2: self.simd_level, _simd => {
             with_texels!(&self.texels, self.texels.base(), base => {
-                Chain::new(&self.texels, base, &self.how).sample_block(of, mask, &mut colors);
+                Chain::new(&self.texels, base, &self.how).minified_block(of, mask, colors);
             });
         });
-        colors
     }
 
     /// The colours of the footprints of a block's lanes as 8-bit sRGB pixels with alpha, of lanes that have a
@@ -106,17 +119,27 @@ impl Texture {
     /// [`sample_footprint_block`](Self::sample_footprint_block) gives, in less time.
     #[must_use]
     pub fn srgb8_block(&self, of: &FootprintBlock, mask: u32) -> [[u8; 4]; LANES] {
+        let Filtering { filter, mip_filter, around, .. } = &self.how;
+        let opaque =
+            if around.has_border() { None } else { self.texels.opaque_srgba8(self.texels.base()) };
+        let is_copy = (*filter, *mip_filter) == (Filter::Nearest, MipFilter::Off)
+            && self.texels.has_short_numbers();
         let mut pixels = [[0; 4]; LANES];
-        for_level!(up to AVX2: self.simd_level, _simd => {
-            with_texels!(&self.texels, self.texels.base(), base => {
-                let chain = Chain::new(&self.texels, base, &self.how);
-                if !chain.codes_block(&of.uv, mask, &mut pixels) {
-                    let mut colors = [Vec4::ZERO; LANES];
-                    chain.sample_block(of, mask, &mut colors);
-                    pixels = to_srgb8_block(&colors, chain.is_opaque());
-                }
-            });
-        });
+        match opaque {
+            Some(base) if is_copy => {
+                for_level!(up to AVX2: self.simd_level, _simd => {
+                    let chain = Chain::new(&self.texels, base, &self.how);
+                    chain.codes_block(&of.uv, mask, &mut pixels);
+                });
+            }
+            _ => {
+                let mut colors = [Vec4::ZERO; LANES];
+                self.filter_footprints(of, mask, &mut colors);
+                for_level!(up to AVX2: self.simd_level, _simd => {
+                    to_srgb8_block(&colors, opaque.is_some(), &mut pixels);
+                });
+            }
+        }
         pixels
     }
 

@@ -43,12 +43,6 @@ pub(super) trait Fetch: Copy + Send + Sync {
     /// Whether all texels are known to be opaque.
     const OPAQUE: bool = false;
 
-    /// A texel of 8-bit sRGB that is known to be opaque, as it is.
-    #[inline(always)]
-    fn fetch_code(self, _number: usize) -> Option<[u8; 4]> {
-        None
-    }
-
     /// [`fetch`](Self::fetch), but for the alpha of texels that are known to be opaque.
     #[inline(always)]
     fn fetch_light(self, number: usize) -> Option<Vec4> {
@@ -86,12 +80,6 @@ impl<F: Fetch> LevelTexels<F> {
         self.texels.fetch(number)
     }
 
-    /// The code of a texel that is known to be opaque.
-    #[inline(always)]
-    pub(super) fn code_numbered(&self, number: usize) -> Option<[u8; 4]> {
-        self.texels.fetch_code(number)
-    }
-
     /// The same, but for the alpha of texels that are known to be opaque.
     #[inline(always)]
     pub(super) fn light_numbered(&self, number: usize) -> Option<Vec4> {
@@ -119,10 +107,13 @@ impl<const OPAQUE: bool> Fetch for Srgba8<'_, OPAQUE> {
         let light = Vec4::new(decode(r), decode(g), decode(b), 0.0);
         Some(if OPAQUE { light } else { light_of_8([r, g, b, alpha]) })
     }
+}
 
+impl LevelTexels<Srgba8<'_, true>> {
+    /// A texel as it is stored.
     #[inline(always)]
-    fn fetch_code(self, number: usize) -> Option<[u8; 4]> {
-        if OPAQUE { self.0.get(number).copied() } else { None }
+    pub(super) fn code_numbered(&self, number: usize) -> Option<[u8; 4]> {
+        self.texels.0.get(number).copied()
     }
 }
 

@@ -79,9 +79,15 @@ impl Neighbours {
         if wrap == Wrap::Border {
             return Self::within_border(coordinate, size);
         }
+        Self::around_wrapped(wrapped(coordinate, wrap), size, wrap)
+    }
+
+    /// Those on both sides of a [wrapped] coordinate, from 0 to 1, where there is no border.
+    #[inline(always)]
+    pub(super) fn around_wrapped(wrapped: f32, size: f32, wrap: Wrap) -> Self {
         let last = size - 1.0;
         // In this unit the centre of texel i is at i, and all lie from -0.5 to last + 0.5.
-        let position = wrapped(coordinate, wrap) * size - 0.5;
+        let position = wrapped * size - 0.5;
         let low = floor_above_minus_one(position);
         let high = low + 1.0;
         let fraction = position - low;
@@ -214,8 +220,8 @@ pub(super) fn nearest_index(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
 /// a float and nothing is lost. Only for x from -0.5 to 0, which may be finer than the result can be,
 /// it is rounded to the nearest float. For the tiniest x this is 1, which is the right end of the
 /// picture to every caller.
-#[inline]
-fn wrapped(coordinate: f32, wrap: Wrap) -> f32 {
+#[inline(always)]
+pub(super) fn wrapped(coordinate: f32, wrap: Wrap) -> f32 {
     let wrapped = match wrap {
         Wrap::Repeat => coordinate - floor(coordinate),
         Wrap::Clamp | Wrap::Border => coordinate,
