@@ -5,33 +5,56 @@ use crate::render::shader::{ShadeBlocks, ShadeOnThreads};
 
 /// Calls `f` for each item, on all processors.
 pub(crate) fn for_each<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        items.par_iter_mut().enumerate().for_each(|(i, item)| f(i, item));
-    }
-    #[cfg(not(feature = "parallel"))]
-    items.iter_mut().enumerate().for_each(|(i, item)| f(i, item));
+    each(0, items, &f);
 }
 
-/// Calls `f` for parts of two lists, on all processors: with the number of the part, `a_len` elements
-/// of the one and `b_len` of the other.
+/// The items of one half beside those of the other.
+fn each<T: Send>(first: usize, items: &mut [T], f: &(dyn Fn(usize, &mut T) + Sync)) {
+    let half = items.len() / 2;
+    match items {
+        [] => {}
+        [item] => f(first, item),
+        items => {
+            let (a, b) = items.split_at_mut(half);
+            both(&mut || each(first, a, f), &mut || each(first + half, b, f));
+        }
+    }
+}
+
+/// A list, and how many of its elements are a part.
+type InParts<'a, T> = (&'a mut [T], usize);
+
+/// What is done with each part of two lists.
+type DoPart<'a, A, B> = dyn Fn(usize, &mut [A], &mut [B]) + Sync + 'a;
+
+/// Calls `f` for parts of two lists that have as many, on all processors, with the number of the part.
 pub(crate) fn for_each_part<A: Send, B: Send>(
-    (a, a_len): (&mut [A], usize),
-    (b, b_len): (&mut [B], usize),
+    a: InParts<'_, A>,
+    b: InParts<'_, B>,
     f: impl Fn(usize, &mut [A], &mut [B]) + Sync,
 ) {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        let parts = a.par_chunks_mut(a_len).zip(b.par_chunks_mut(b_len));
-        parts.enumerate().for_each(|(i, (a, b))| f(i, a, b));
+    each_part(0, a, b, &f);
+}
+
+/// The parts of one half beside those of the other.
+fn each_part<A: Send, B: Send>(
+    first: usize,
+    (a, a_len): InParts<'_, A>,
+    (b, b_len): InParts<'_, B>,
+    f: &DoPart<'_, A, B>,
+) {
+    let count = a.len().div_ceil(a_len).min(b.len().div_ceil(b_len));
+    if count <= 1 {
+        if count == 1 {
+            f(first, a, b);
+        }
+        return;
     }
-    #[cfg(not(feature = "parallel"))]
-    {
-        let parts = a.chunks_mut(a_len).zip(b.chunks_mut(b_len));
-        parts.enumerate().for_each(|(i, (a, b))| f(i, a, b));
-    }
+    let half = count / 2;
+    let ((a, next_a), (b, next_b)) = (a.split_at_mut(half * a_len), b.split_at_mut(half * b_len));
+    let mut before = || each_part(first, (&mut *a, a_len), (&mut *b, b_len), f);
+    let mut after = || each_part(first + half, (&mut *next_a, a_len), (&mut *next_b, b_len), f);
+    both(&mut before, &mut after);
 }
 
 /// How many threads take part.
@@ -42,8 +65,8 @@ pub(crate) fn threads() -> usize {
     1
 }
 
-/// Does both, on two threads if there are two.
-fn both(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+/// Does both, on two threads if there are two. It is compiled once, whatever is done.
+fn both(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
     #[cfg(feature = "parallel")]
     rayon::join(a, b);
     #[cfg(not(feature = "parallel"))]
@@ -138,10 +161,10 @@ fn halve<W: Send>(
     let (mut upper, mut lower) = band.split(half * height);
     let (upper_workers, lower_workers) = workers.split_at_mut(half.min(workers.len()));
     shader.split(lower.pixels_before, &mut |above, below| {
-        both(
-            || halve(first, &mut upper, height, upper_workers, above, draw),
-            || halve(first + half, &mut lower, height, lower_workers, below, draw),
-        );
+        let mut draw_upper = || halve(first, &mut upper, height, upper_workers, above, draw);
+        let first = first + half;
+        let mut draw_lower = || halve(first, &mut lower, height, lower_workers, below, draw);
+        both(&mut draw_upper, &mut draw_lower);
     });
 }
 

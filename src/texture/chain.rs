@@ -14,9 +14,8 @@
 //! once to the texture's own format.
 
 use glam::Vec4;
-#[cfg(feature = "parallel")]
-use rayon::prelude::*;
 
+use crate::render::parallel::for_each;
 use crate::texture::error::TextureError;
 use crate::texture::format::Samples;
 use crate::texture::light::{to_byte, to_f16, to_srgb8, to_srgb16, to_word};
@@ -84,11 +83,8 @@ fn reduced(
             reduce_row(&sum, row);
         }
     };
-    let rows = BAND * width as usize;
-    #[cfg(feature = "parallel")]
-    texels.par_chunks_mut(rows).enumerate().for_each(|(number, texels)| band(number, texels));
-    #[cfg(not(feature = "parallel"))]
-    texels.chunks_mut(rows).enumerate().for_each(|(number, texels)| band(number, texels));
+    let mut bands: Vec<_> = texels.chunks_mut(BAND * width as usize).collect();
+    for_each(&mut bands, |number, texels| band(number, texels));
     Ok(Means { size, texels })
 }
 
@@ -168,8 +164,8 @@ fn append<T: Copy + Default + Send>(
     const PART: usize = 1 << 14;
     let start = list.len();
     list.resize(start + texels.len() * channels, T::default());
-    let convert = |(list, texels): (&mut [T], &[Vec4])| {
-        for (kept, texel) in list.chunks_exact_mut(channels).zip(texels) {
+    let convert = |(list, texels): &mut (&mut [T], &[Vec4])| {
+        for (kept, texel) in list.chunks_exact_mut(channels).zip(*texels) {
             let [r, g, b, alpha] = samples(*texel);
             match kept {
                 [x] => *x = r,
@@ -179,9 +175,6 @@ fn append<T: Copy + Default + Send>(
             }
         }
     };
-    let list = &mut list[start..];
-    #[cfg(feature = "parallel")]
-    list.par_chunks_mut(PART * channels).zip(texels.par_chunks(PART)).for_each(convert);
-    #[cfg(not(feature = "parallel"))]
-    list.chunks_mut(PART * channels).zip(texels.chunks(PART)).for_each(convert);
+    let parts = list[start..].chunks_mut(PART * channels).zip(texels.chunks(PART));
+    for_each(&mut parts.collect::<Vec<_>>(), |_, part| convert(part));
 }

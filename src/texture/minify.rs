@@ -62,8 +62,9 @@ impl<'t, F: Fetch> Chain<'t, F> {
         self.base.at(self.texels.level(number))
     }
 
-    /// The colour of a footprint.
-    #[inline(always)]
+    /// The colour of a footprint: a function of its own, for those that are sampled one by one are so in several
+    /// places.
+    #[inline(never)]
     pub(super) fn sample(&self, footprint: &Footprint) -> Vec4 {
         let Level { width, height, .. } = self.base.size;
         let size = vec2(width as f32, height as f32);
