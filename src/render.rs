@@ -37,10 +37,12 @@
 pub(crate) mod coarse_depth;
 mod depth;
 pub(crate) mod band;
+mod pixel;
 mod paint;
 pub(crate) mod shader;
 mod raster;
 pub(crate) mod parallel;
+mod canvas;
 mod target;
 mod framebuffer;
 mod faces;
@@ -71,6 +73,7 @@ pub use self::geometry::{Geometry, Mesh, PosedTree};
 pub use self::lines::{Contours, Lines, Points, Polyline, Strips};
 pub use self::paint::{Additive, Over, Paint};
 pub use self::painter::PainterRenderer;
+pub use self::pixel::{Buffers, Pixel};
 #[cfg(feature = "png")]
 pub use self::png_file::{PngError, PngFile};
 pub use self::samples::{

@@ -94,7 +94,7 @@ impl<C: Copy> Framebuffer<C> {
     }
 }
 
-impl<C> Framebuffer<C> {
+impl<C: Copy> Framebuffer<C> {
     /// A framebuffer of colours and depths that are there already, row by row from the top.
     ///
     /// # Errors
@@ -115,11 +115,11 @@ impl<C> Framebuffer<C> {
     }
 }
 
-impl<C> RenderTarget for Framebuffer<C> {
+impl<C: Copy> RenderTarget for Framebuffer<C> {
     type Color = C;
 
     fn target(&mut self) -> Target<'_, C> {
-        Target::from_checked(self.width, &mut self.color, &mut self.depth)
+        Target::from_checked(self.width, self.color.as_mut_slice(), &mut self.depth)
     }
 }
 

@@ -2,14 +2,16 @@
 
 use fearless_simd::Level;
 
-use crate::fragment::{Fragment, FragmentBlock, LANES};
+use crate::fragment::{Fragment, FragmentBlock};
 use crate::render::band::Band;
+use crate::render::canvas::Canvas;
 use crate::render::geometry::{Batch, Geometry, GeometryMemory};
 use crate::render::paint::Paint;
 use crate::render::parallel::Shading;
+use crate::render::pixel::Pixel;
 use crate::render::raster::plan::Plan;
-use crate::render::shader::{Alone, DepthOnly, Painter, PerBlock, PerFragment, Shader};
-use crate::render::target::RenderTarget;
+use crate::render::shader::{Alone, BlockFunction, DepthOnly, FragmentFunction};
+use crate::render::target::{RenderTarget, Target};
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
 use crate::view_volume::ClipPlane;
@@ -84,41 +86,81 @@ fn submit<const N: usize, R: Renderer<N>>(
     });
 }
 
-/// Draws with a shader that threads share.
-pub(crate) fn draw_on_threads<const N: usize, T, K>(
+/// Draws by a shader for each fragment that threads share.
+pub(crate) fn fragments_on_threads<const N: usize, T, R>(
     renderer: &mut impl Renderer<N>,
     frame: &mut T,
     geometry: impl Geometry<N>,
-    shader: K,
+    shader: impl FragmentFunction<R, N> + Copy + Send,
 ) where
-    T: RenderTarget<Color: Copy + Send>,
-    K: Shader<T::Color, N> + Copy + Send,
+    T: RenderTarget<Color: Send>,
+    R: Paint<T::Color>,
 {
-    let target = frame.target();
-    let (width, colors, depth) = (target.width(), target.color, target.depth);
-    let mut geometry = Some(geometry);
-    for_level!(renderer.level(), simd => {
-        let mut painter = Painter::<_, _, _, N> { simd, colors, pixels_before: 0, shader };
-        submit(renderer, geometry.take(), width, depth, Shading::OnThreads(&mut painter));
+    let Target { width, color, depth } = frame.target();
+    let mut all = Some((geometry, shader, color));
+    for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
+        let (mut geometry, memory) = (Some(geometry), (color, width as usize));
+        T::Color::fragments_on_threads::<_, _, _, N>(simd, memory, shader, &mut |painter| {
+            submit(renderer, geometry.take(), width, depth, Shading::OnThreads(painter));
+        });
     });
 }
 
-/// Draws with a shader that is called on this thread alone.
-pub(crate) fn draw_on_one_thread<const N: usize, T, K>(
+/// Draws by a shader of blocks that threads share.
+pub(crate) fn blocks_on_threads<const N: usize, T>(
     renderer: &mut impl Renderer<N>,
     frame: &mut T,
     geometry: impl Geometry<N>,
-    shader: K,
+    shader: impl BlockFunction<<T::Color as Pixel>::Block, N> + Copy + Send,
 ) where
-    T: RenderTarget<Color: Copy>,
-    K: Shader<T::Color, N>,
+    T: RenderTarget<Color: Send>,
 {
-    let target = frame.target();
-    let (width, colors, depth) = (target.width(), target.color, target.depth);
-    let mut geometry = Some(geometry);
-    for_level!(renderer.level(), simd => {
-        let mut painter = Painter::<_, _, _, N> { simd, colors, pixels_before: 0, shader };
-        submit(renderer, geometry.take(), width, depth, Shading::OnOneThread(&mut painter));
+    let Target { width, color, depth } = frame.target();
+    let mut all = Some((geometry, shader, color));
+    for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
+        let (mut geometry, memory) = (Some(geometry), (color, width as usize));
+        T::Color::blocks_on_threads::<_, _, N>(simd, memory, shader, &mut |painter| {
+            submit(renderer, geometry.take(), width, depth, Shading::OnThreads(painter));
+        });
+    });
+}
+
+/// Draws by a shader for each fragment that is called on this thread alone.
+pub(crate) fn fragments_on_one_thread<const N: usize, T, R>(
+    renderer: &mut impl Renderer<N>,
+    frame: &mut T,
+    geometry: impl Geometry<N>,
+    shader: impl FragmentFunction<R, N>,
+) where
+    T: RenderTarget,
+    R: Paint<T::Color>,
+{
+    let Target { width, color, depth } = frame.target();
+    let mut all = Some((geometry, shader, color));
+    for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
+        let (mut geometry, memory) = (Some(geometry), (color, width as usize));
+        T::Color::fragments_on_one_thread::<_, _, _, N>(simd, memory, shader, &mut |painter| {
+            submit(renderer, geometry.take(), width, depth, Shading::OnOneThread(painter));
+        });
+    });
+}
+
+/// Draws by a shader of blocks that is called on this thread alone.
+pub(crate) fn blocks_on_one_thread<const N: usize, T>(
+    renderer: &mut impl Renderer<N>,
+    frame: &mut T,
+    geometry: impl Geometry<N>,
+    shader: impl BlockFunction<<T::Color as Pixel>::Block, N>,
+) where
+    T: RenderTarget,
+{
+    let Target { width, color, depth } = frame.target();
+    let mut all = Some((geometry, shader, color));
+    for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
+        let (mut geometry, memory) = (Some(geometry), (color, width as usize));
+        T::Color::blocks_on_one_thread::<_, _, N>(simd, memory, shader, &mut |painter| {
+            submit(renderer, geometry.take(), width, depth, Shading::OnOneThread(painter));
+        });
     });
 }
 
@@ -177,20 +219,20 @@ impl<R: Renderer<N>, const N: usize> OneThread<'_, R, N> {
         geometry: impl Geometry<N>,
         shader: impl FnMut(&Fragment<'_, N>) -> P,
     ) where
-        T: RenderTarget<Color: Copy>,
+        T: RenderTarget,
         P: Paint<T::Color>,
     {
-        draw_on_one_thread(self.0, frame, geometry, PerFragment::new(Alone(shader)));
+        fragments_on_one_thread(self.0, frame, geometry, Alone(shader));
     }
 
-    /// Draws by a shader of [`LANES`] fragments at a time, as the renderer's own `draw_blocks`.
-    pub fn draw_blocks<T: RenderTarget<Color: Copy>>(
+    /// Draws by a shader of [`LANES`](crate::fragment::LANES) fragments at a time, as the renderer's own `draw_blocks`.
+    pub fn draw_blocks<T: RenderTarget>(
         &mut self,
         frame: &mut T,
         geometry: impl Geometry<N>,
-        shader: impl FnMut(&mut FragmentBlock<'_, N>, &mut [T::Color; LANES]),
+        shader: impl FnMut(&mut FragmentBlock<'_, N>, &mut <T::Color as Pixel>::Block),
     ) {
-        draw_on_one_thread(self.0, frame, geometry, PerBlock(Alone(shader)));
+        blocks_on_one_thread(self.0, frame, geometry, Alone(shader));
     }
 
     /// Draws depth alone, as the renderer's own `draw_depth`.
@@ -208,7 +250,7 @@ impl<R: Renderer<N>, const N: usize> OneThread<'_, R, N> {
 /// Gives a renderer the methods that all have.
 macro_rules! drawing_methods {
     ($renderer:ident) => {
-        use $crate::render::shader::{PerBlock, PerFragment, Shared};
+        use $crate::render::shader::Shared;
 
         impl<const N: usize> $renderer<N> {
             /// Draws [geometry](crate::render::Geometry): `&polygon`, a [`Mesh`](crate::Mesh), a
@@ -226,16 +268,16 @@ macro_rules! drawing_methods {
                 geometry: impl $crate::render::Geometry<N>,
                 shader: impl Fn(&$crate::Fragment<'_, N>) -> R + Sync,
             ) where
-                T: $crate::render::RenderTarget<Color: Copy + Send>,
+                T: $crate::render::RenderTarget<Color: Send>,
                 R: $crate::render::Paint<T::Color>,
             {
-                let shader = PerFragment::new(Shared(&shader));
-                $crate::render::front::draw_on_threads(self, frame, geometry, shader);
+                $crate::render::front::fragments_on_threads(self, frame, geometry, Shared(&shader));
             }
 
             /// Draws by a shader of [`LANES`](crate::fragment::LANES) pixels at a time: it is given a
-            /// block of fragments and the colours that their pixels have, which it replaces; those of
-            /// lanes that are not visible are put back. The compiler can turn a loop over the lanes
+            /// block of fragments and the colours that their pixels have, which it replaces: an array, or
+            /// a tuple of arrays for several [`Buffers`](crate::render::Buffers). Those of lanes that
+            /// are not visible are put back. The compiler can turn a loop over the lanes
             /// into SIMD instructions, for the best ones that the machine has.
             ///
             /// ```
@@ -254,17 +296,16 @@ macro_rules! drawing_methods {
             /// });
             /// # Ok::<(), polyscan::SizeError>(())
             /// ```
-            pub fn draw_blocks<T: $crate::render::RenderTarget<Color: Copy + Send>>(
+            pub fn draw_blocks<T: $crate::render::RenderTarget<Color: Send>>(
                 &mut self,
                 frame: &mut T,
                 geometry: impl $crate::render::Geometry<N>,
                 shader: impl Fn(
                     &mut $crate::FragmentBlock<'_, N>,
-                    &mut [T::Color; $crate::fragment::LANES],
+                    &mut <T::Color as $crate::render::Pixel>::Block,
                 ) + Sync,
             ) {
-                let shader = PerBlock(Shared(&shader));
-                $crate::render::front::draw_on_threads(self, frame, geometry, shader);
+                $crate::render::front::blocks_on_threads(self, frame, geometry, Shared(&shader));
             }
 
             /// Draws depth alone: nothing is shaded, no parameter is evaluated.
@@ -284,13 +325,9 @@ macro_rules! drawing_methods {
 
             /// Fills a target with a colour, and its depth with that which is behind everything by
             /// [`Settings::depth`](crate::Settings::depth).
-            pub fn clear<T: $crate::render::RenderTarget<Color: Clone>>(
-                &self,
-                frame: &mut T,
-                color: T::Color,
-            ) {
-                let target = frame.target();
-                target.color.fill(color);
+            pub fn clear<T: $crate::render::RenderTarget>(&self, frame: &mut T, color: T::Color) {
+                let mut target = frame.target();
+                <T::Color as $crate::render::Pixel>::fill(&mut target.color, color);
                 let mode = $crate::render::front::Renderer::<N>::depth_mode(self);
                 target.depth.fill(mode.farthest());
             }

@@ -42,7 +42,7 @@ use crate::render::parallel::{Shading, beside, threads};
 use crate::render::raster::plan::Plan;
 use crate::render::scanline::active::ActiveFaces;
 use crate::render::scanline::draw::{RowsMemory, draw_rows, rows_at_once};
-use crate::render::shader::{Painter, Shader};
+use crate::render::shader::{Painter, PerBlock, PerFragment, Shader};
 use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;

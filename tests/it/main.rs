@@ -32,6 +32,7 @@ mod mesa;
 mod golden;
 
 mod z_buffer;
+mod buffers;
 mod many_faces;
 mod scanline;
 mod painter;
