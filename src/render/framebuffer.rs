@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use crate::render::target::{RenderTarget, Target, TargetError};
+use crate::render::target::{RenderTarget, Target, TargetError, height_of};
 use crate::viewport::{Rect, SizeError, Viewport};
 
 /// A picture being drawn. Row 0 is at the top, as in the `image` crate.
@@ -94,17 +94,13 @@ impl<C: Copy> Framebuffer<C> {
     }
 }
 
-impl<C: Copy> Framebuffer<C> {
+impl<C> Framebuffer<C> {
     /// A framebuffer of colours and depths that are there already, row by row from the top.
     ///
     /// # Errors
     /// As [`Target::new`].
-    pub fn from_parts(
-        width: u32,
-        mut color: Vec<C>,
-        mut depth: Vec<f32>,
-    ) -> Result<Self, TargetError> {
-        let height = Target::new(width, &mut color, &mut depth)?.height();
+    pub fn from_parts(width: u32, color: Vec<C>, depth: Vec<f32>) -> Result<Self, TargetError> {
+        let height = height_of(width, color.len(), depth.len())?;
         Ok(Self { width, height, color, depth })
     }
 

@@ -3,14 +3,18 @@
 use fearless_simd::Level;
 
 use crate::fragment::{Fragment, FragmentBlock};
+use crate::primitive::ClippedPolygon;
 use crate::render::band::Band;
 use crate::render::canvas::Canvas;
+use crate::render::counters::Counters;
 use crate::render::geometry::{Batch, Geometry, GeometryMemory};
 use crate::render::paint::Paint;
 use crate::render::parallel::Shading;
 use crate::render::pixel::Pixel;
 use crate::render::raster::plan::Plan;
 use crate::render::shader::{Alone, BlockFunction, DepthOnly, FragmentFunction};
+use crate::render::statistics::Statistics;
+use crate::render::stencil::Stencil;
 use crate::render::target::{RenderTarget, Target};
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
@@ -22,9 +26,31 @@ pub(crate) struct Parts<'a, D, const N: usize> {
     pub(crate) settings: &'a Settings<N>,
     pub(crate) level: Level,
     pub(crate) plan: Plan,
+    /// What is done with the target's stencil, if it has one.
+    pub(crate) stencil: Option<Stencil>,
+    pub(crate) counting: Counting<'a>,
     pub(crate) front: &'a mut FrontMemory<N>,
     /// What draws faces once they are collected.
     pub(crate) drawer: &'a mut D,
+}
+
+/// What is counted while geometry is drawn.
+#[derive(Debug)]
+pub(crate) enum Counting<'a> {
+    Nothing,
+    /// What becomes of polygons and pixels.
+    All(&'a mut Statistics),
+    /// Pixels that are drawn.
+    Drawn(&'a mut u64),
+    /// Whether any is drawn; what comes after that is left out.
+    Any(&'a mut u64),
+}
+
+impl<'a> Counting<'a> {
+    /// What there is to be filled in.
+    pub(crate) fn of(statistics: Option<&'a mut Statistics>) -> Self {
+        statistics.map_or(Self::Nothing, Self::All)
+    }
 }
 
 /// The memory of what all renderers do before they draw.
@@ -32,6 +58,8 @@ pub(crate) struct Parts<'a, D, const N: usize> {
 pub(crate) struct FrontMemory<const N: usize> {
     pub(crate) geometry: GeometryMemory<N>,
     pub(crate) planes: Vec<ClipPlane>,
+    /// For statistics.
+    polygon: ClippedPolygon,
 }
 
 /// What all renderers have.
@@ -63,27 +91,68 @@ pub(crate) trait DrawFaces {
     );
 }
 
+/// The width of a target, its depths, and its stencil.
+type PixelTests<'a> = (u32, &'a mut [f32], Option<&'a mut [u8]>);
+
 /// Hands geometry over to a renderer. Compiled once for each kind of geometry, not for each shader.
 #[inline(never)]
 fn submit<const N: usize, R: Renderer<N>>(
     renderer: &mut R,
     geometry: Option<impl Geometry<N>>,
-    width: u32,
-    depth: &mut [f32],
+    (width, depth, stencil): PixelTests<'_>,
     mut shading: Shading<'_>,
 ) {
     let Some(geometry) = geometry.filter(|_| !depth.is_empty()) else { return };
-    let Parts { settings, level, plan, front, drawer } = renderer.parts();
-    settings.collect_planes(&mut front.planes);
+    let Parts { settings, level, mut plan, stencil: rule, mut counting, front, drawer } =
+        renderer.parts();
+    let FrontMemory { geometry: memory, planes, polygon } = front;
+    settings.collect_planes(planes);
     let height = depth.len().checked_div(width as usize).unwrap_or(0) as u32;
-    let call = settings.call(Rect { x: 0, y: 0, width, height }, &front.planes);
+    let call = settings.call(Rect { x: 0, y: 0, width, height }, planes);
     if call.window.is_empty() {
         return;
     }
     let mut target = Band::new((0, 0), width as usize, depth);
-    geometry.submit(&mut front.geometry, R::Drawer::MOST_FACES, &mut |batch| {
+    target.extras.stencil = rule.zip(stencil);
+    let counts = !matches!(counting, Counting::Nothing);
+    plan.has_extras = counts || target.extras.stencil.is_some();
+    let mut counters = Counters::new(matches!(counting, Counting::Any(_)));
+    geometry.submit(memory, R::Drawer::MOST_FACES, &mut |batch| {
+        if counts {
+            counting.begin(&call, batch, polygon, &mut counters);
+        }
+        let mut target = target.with_counters(counts.then_some(&counters));
         drawer.draw(&call, (level, plan), batch, &mut target, shading.reborrow());
+        counting.end(batch, &counters);
     });
+    match counting {
+        Counting::Nothing => {}
+        Counting::All(statistics) => statistics.take_pixels(&counters),
+        Counting::Drawn(pixels) | Counting::Any(pixels) => *pixels = counters.pixels().drawn,
+    }
+}
+
+impl Counting<'_> {
+    /// Counts faces that are to be drawn.
+    fn begin(
+        &mut self,
+        call: &DrawCall<'_>,
+        batch: &Batch<'_>,
+        polygon: &mut ClippedPolygon,
+        counters: &mut Counters,
+    ) {
+        if let Self::All(statistics) = self {
+            counters.begin(batch.faces.number(0), batch.faces.len());
+            statistics.count_faces(call, batch, polygon);
+        }
+    }
+
+    /// Counts faces that were drawn.
+    fn end(&mut self, batch: &Batch<'_>, counters: &Counters) {
+        if let Self::All(statistics) = self {
+            statistics.take_seen(batch, counters);
+        }
+    }
 }
 
 /// Draws by a shader for each fragment that threads share.
@@ -96,12 +165,13 @@ pub(crate) fn fragments_on_threads<const N: usize, T, R>(
     T: RenderTarget<Color: Send>,
     R: Paint<T::Color>,
 {
-    let Target { width, color, depth } = frame.target();
+    let Target { width, color, depth, mut stencil } = frame.target();
     let mut all = Some((geometry, shader, color));
     for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
         let (mut geometry, memory) = (Some(geometry), (color, width as usize));
         T::Color::fragments_on_threads::<_, _, _, N>(simd, memory, shader, &mut |painter| {
-            submit(renderer, geometry.take(), width, depth, Shading::OnThreads(painter));
+            let tests = (width, &mut *depth, stencil.as_deref_mut());
+            submit(renderer, geometry.take(), tests, Shading::OnThreads(painter));
         });
     });
 }
@@ -115,12 +185,13 @@ pub(crate) fn blocks_on_threads<const N: usize, T>(
 ) where
     T: RenderTarget<Color: Send>,
 {
-    let Target { width, color, depth } = frame.target();
+    let Target { width, color, depth, mut stencil } = frame.target();
     let mut all = Some((geometry, shader, color));
     for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
         let (mut geometry, memory) = (Some(geometry), (color, width as usize));
         T::Color::blocks_on_threads::<_, _, N>(simd, memory, shader, &mut |painter| {
-            submit(renderer, geometry.take(), width, depth, Shading::OnThreads(painter));
+            let tests = (width, &mut *depth, stencil.as_deref_mut());
+            submit(renderer, geometry.take(), tests, Shading::OnThreads(painter));
         });
     });
 }
@@ -135,12 +206,13 @@ pub(crate) fn fragments_on_one_thread<const N: usize, T, R>(
     T: RenderTarget,
     R: Paint<T::Color>,
 {
-    let Target { width, color, depth } = frame.target();
+    let Target { width, color, depth, mut stencil } = frame.target();
     let mut all = Some((geometry, shader, color));
     for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
         let (mut geometry, memory) = (Some(geometry), (color, width as usize));
         T::Color::fragments_on_one_thread::<_, _, _, N>(simd, memory, shader, &mut |painter| {
-            submit(renderer, geometry.take(), width, depth, Shading::OnOneThread(painter));
+            let tests = (width, &mut *depth, stencil.as_deref_mut());
+            submit(renderer, geometry.take(), tests, Shading::OnOneThread(painter));
         });
     });
 }
@@ -154,12 +226,13 @@ pub(crate) fn blocks_on_one_thread<const N: usize, T>(
 ) where
     T: RenderTarget,
 {
-    let Target { width, color, depth } = frame.target();
+    let Target { width, color, depth, mut stencil } = frame.target();
     let mut all = Some((geometry, shader, color));
     for_level!(renderer.level(), simd => if let Some((geometry, shader, color)) = all.take() {
         let (mut geometry, memory) = (Some(geometry), (color, width as usize));
         T::Color::blocks_on_one_thread::<_, _, N>(simd, memory, shader, &mut |painter| {
-            submit(renderer, geometry.take(), width, depth, Shading::OnOneThread(painter));
+            let tests = (width, &mut *depth, stencil.as_deref_mut());
+            submit(renderer, geometry.take(), tests, Shading::OnOneThread(painter));
         });
     });
 }
@@ -170,12 +243,11 @@ pub(crate) fn draw_depth<const N: usize>(
     frame: &mut impl RenderTarget,
     geometry: impl Geometry<N>,
 ) {
-    let target = frame.target();
-    let (width, depth) = (target.width(), target.depth);
+    let Target { width, depth, stencil, .. } = frame.target();
     let mut geometry = Some(geometry);
     for_level!(renderer.level(), simd => {
-        let mut depth_only = DepthOnly(simd);
-        submit(renderer, geometry.take(), width, depth, Shading::OnThreads(&mut depth_only));
+        let tests = (width, depth, stencil);
+        submit(renderer, geometry.take(), tests, Shading::OnThreads(&mut DepthOnly(simd)));
     });
 }
 
@@ -237,12 +309,11 @@ impl<R: Renderer<N>, const N: usize> OneThread<'_, R, N> {
 
     /// Draws depth alone, as the renderer's own `draw_depth`.
     pub fn draw_depth(&mut self, frame: &mut impl RenderTarget, geometry: impl Geometry<N>) {
-        let target = frame.target();
-        let (width, depth) = (target.width(), target.depth);
+        let Target { width, depth, stencil, .. } = frame.target();
         let mut geometry = Some(geometry);
         for_level!(self.0.level(), simd => {
-            let mut depth_only = DepthOnly(simd);
-            submit(self.0, geometry.take(), width, depth, Shading::OnOneThread(&mut depth_only));
+            let tests = (width, depth, stencil);
+            submit(self.0, geometry.take(), tests, Shading::OnOneThread(&mut DepthOnly(simd)));
         });
     }
 }

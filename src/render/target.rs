@@ -31,6 +31,7 @@ pub struct Target<'a, C: Pixel + 'a> {
     pub(crate) width: u32,
     pub(crate) color: C::Memory<'a>,
     pub(crate) depth: &'a mut [f32],
+    pub(crate) stencil: Option<&'a mut [u8]>,
 }
 
 impl<C: Pixel> fmt::Debug for Target<'_, C> {
@@ -64,6 +65,16 @@ pub enum TargetError {
         /// How many depths there are.
         depths: usize,
     },
+    /// The stencil has not as many bytes as there are depths.
+    #[error(
+        "the stencil has {bytes} bytes and there are {depths} depths: each pixel needs one of both"
+    )]
+    StencilLength {
+        /// How many bytes the stencil has.
+        bytes: usize,
+        /// How many depths there are.
+        depths: usize,
+    },
     /// The pixels do not fill rows of the given width.
     #[error("{pixels} pixels do not fill rows of {width}: give whole rows")]
     NotWholeRows {
@@ -86,12 +97,8 @@ impl<'a, C: Copy> Target<'a, C> {
     /// When there are not as many depths as colours, when they do not fill whole rows, or when a side
     /// is longer than [`MAX_SIZE`].
     pub fn new(width: u32, color: &'a mut [C], depth: &'a mut [f32]) -> Result<Self, TargetError> {
-        let pixels = color.len();
-        if pixels != depth.len() {
-            return Err(TargetError::Lengths { colors: pixels, depths: depth.len() });
-        }
-        check_rows(width, pixels)?;
-        Ok(Self { width, color, depth })
+        height_of(width, color.len(), depth.len())?;
+        Ok(Self { width, color, depth, stencil: None })
     }
 }
 
@@ -113,24 +120,44 @@ impl<'a, B: BufferSet> Target<'a, Buffers<B>> {
         if let Some((&values, number)) = others {
             return Err(TargetError::BufferLength { number, values, depths });
         }
-        check_rows(width, depths)?;
-        Ok(Self { width, color, depth })
+        height_of(width, depths, depths)?;
+        Ok(Self { width, color, depth, stencil: None })
     }
 }
 
-/// Whether pixels fill whole rows, not too many.
-fn check_rows(width: u32, pixels: usize) -> Result<(), TargetError> {
-    let height = if pixels == 0 { 0 } else { pixels.checked_div(width as usize).unwrap_or(0) };
-    if height * width as usize != pixels {
-        return Err(TargetError::NotWholeRows { width, pixels });
+/// The height of a picture of so many colours and depths, if they fill rows of a width.
+pub(crate) fn height_of(width: u32, colors: usize, depths: usize) -> Result<u32, TargetError> {
+    if colors != depths {
+        return Err(TargetError::Lengths { colors, depths });
     }
-    Ok(SizeError::check(width, u32::try_from(height).unwrap_or(u32::MAX))?)
+    let height = if colors == 0 { 0 } else { colors.checked_div(width as usize).unwrap_or(0) };
+    if height * width as usize != colors {
+        return Err(TargetError::NotWholeRows { width, pixels: colors });
+    }
+    let height = u32::try_from(height).unwrap_or(u32::MAX);
+    SizeError::check(width, height)?;
+    Ok(height)
 }
 
 impl<'a, C: Pixel> Target<'a, C> {
     /// A target whose sizes were checked.
     pub(crate) fn from_checked(width: u32, color: C::Memory<'a>, depth: &'a mut [f32]) -> Self {
-        Self { width, color, depth }
+        Self { width, color, depth, stencil: None }
+    }
+
+    /// The same target with a stencil, a byte for each pixel, for a renderer's
+    /// [`Stencil`](crate::render::Stencil). Without one all
+    /// fragments pass.
+    ///
+    /// # Errors
+    /// When there are not as many bytes as depths.
+    pub fn with_stencil(mut self, stencil: &'a mut [u8]) -> Result<Self, TargetError> {
+        let (bytes, depths) = (stencil.len(), self.depth.len());
+        if bytes != depths {
+            return Err(TargetError::StencilLength { bytes, depths });
+        }
+        self.stencil = Some(stencil);
+        Ok(self)
     }
 
     /// The number of columns.
@@ -172,6 +199,8 @@ impl<C: Canvas> RenderTarget for Target<'_, C> {
     type Color = C;
 
     fn target(&mut self) -> Target<'_, C> {
-        Target { width: self.width, color: C::reborrow(&mut self.color), depth: self.depth }
+        let color = C::reborrow(&mut self.color);
+        let stencil = self.stencil.as_deref_mut();
+        Target { width: self.width, color, depth: self.depth, stencil }
     }
 }

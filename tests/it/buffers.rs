@@ -56,15 +56,22 @@ fn glass(f: &Fragment<'_, 3>) -> Over {
     Over(vec4(u, v, w, 1.0) * (0.25 + 0.5 * (u - u.floor())))
 }
 
+/// A pane, or a hole in it.
+struct Glass(Option<Over>);
+
+impl Paint<Vec4> for Glass {
+    fn paint(self, pixel: &mut Vec4) -> bool {
+        self.0.is_some_and(|over| over.paint(pixel))
+    }
+}
+
 /// What is painted on each buffer.
-fn shade(
-    f: &Fragment<'_, 3>,
-) -> Option<(Option<Over>, Option<[f32; 2]>, Option<u32>, Option<bool>)> {
+fn shade(f: &Fragment<'_, 3>) -> Option<(Glass, Option<[f32; 2]>, Option<u32>, Option<bool>)> {
     let (is_discarded, [color, uv, id, front]) = choice(f);
     let [u, v, _] = f.params;
     (!is_discarded).then(|| {
         (
-            color.then(|| glass(f)),
+            Glass(color.then(|| glass(f))),
             uv.then_some([u, v]),
             id.then_some(f.face),
             front.then_some(f.front_facing),
@@ -72,7 +79,15 @@ fn shade(
     })
 }
 
+/// A fragment of a tile as it is in the whole.
+fn moved<'a>(f: &Fragment<'a, 3>, (x, y): (i32, i32)) -> Fragment<'a, 3> {
+    let mut f = *f;
+    (f.x, f.y) = (f.x + x, f.y + y);
+    f
+}
+
 fn shade_block(
+    corner: (i32, i32),
     block: &mut FragmentBlock<'_, 3>,
     (colors, uvs, ids, fronts): &mut (
         [Vec4; LANES],
@@ -82,7 +97,7 @@ fn shade_block(
     ),
 ) {
     for lane in 0..LANES {
-        let f = block.fragment(lane);
+        let f = moved(&block.fragment(lane), corner);
         let (is_discarded, [color, uv, id, front]) = choice(&f);
         if is_discarded {
             block.visible &= !(1 << lane);
@@ -109,7 +124,10 @@ fn scene(rng: &mut Rng, count: usize) -> Scene {
     for _ in 0..count {
         let shape = match rng.below(4) {
             0 => generators::through_eye::<3>(rng, 4),
-            1 => generators::random_convex(rng, 3 + rng.below(4), 20.0),
+            1 => {
+                let sides = 3 + rng.below(4);
+                generators::random_convex(rng, sides, 20.0)
+            }
             _ => generators::random_triangle(rng, 5.0, 1.2),
         };
         let first = scene.vertices.len() as u32;
@@ -205,14 +223,20 @@ macro_rules! passes {
             $set_up(&mut renderer);
             let mut target = picture.target(size.0);
             let mesh = Mesh::new(&scene.vertices, &scene.faces);
+            let one = |f: &Fragment<'_, 3>| shade(&moved(f, corner));
             match way {
-                Way::Fragments => renderer.draw(&mut target, mesh, shade),
-                Way::Blocks => renderer.draw_blocks(&mut target, mesh, shade_block),
+                Way::Fragments => renderer.draw(&mut target, mesh, one),
+                Way::Blocks => renderer.draw_blocks(&mut target, mesh, |block, values| {
+                    shade_block(corner, block, values);
+                }),
                 Way::FragmentsOnOneThread => {
-                    renderer.on_one_thread().draw(&mut target, mesh, shade);
+                    renderer.on_one_thread().draw(&mut target, mesh, one);
                 }
                 Way::BlocksOnOneThread => {
-                    renderer.on_one_thread().draw_blocks(&mut target, mesh, shade_block);
+                    let by_block = |block: &mut FragmentBlock<'_, 3>, values: &mut _| {
+                        shade_block(corner, block, values);
+                    };
+                    renderer.on_one_thread().draw_blocks(&mut target, mesh, by_block);
                 }
                 Way::FaceByFace => {
                     for (face, number) in scene.faces.iter().zip(0..) {
@@ -243,7 +267,7 @@ macro_rules! passes {
                 let (values, depths) = frame.into_parts();
                 (values.into_iter().map(|Alone(value)| value).collect(), depths)
             }
-            let (colors, depths) = pass(scene, NOTHING.0, |f| shade(f).map(|all| all.0));
+            let (colors, depths) = pass(scene, NOTHING.0, |f| shade(f).map(|all| Some(all.0)));
             let (uvs, depths_of_uv) = pass(scene, NOTHING.1, |f| shade(f).map(|all| all.1));
             let (ids, _) = pass(scene, NOTHING.2, |f| shade(f).map(|all| all.2));
             let (fronts, _) = pass(scene, NOTHING.3, |f| shade(f).map(|all| all.3));
@@ -352,7 +376,7 @@ fn a_texture_paints_one_of_several_buffers() {
     let mesh = Mesh::new(&scene.vertices, &scene.faces);
 
     let mut alone = Framebuffer::new(SIZE.0, SIZE.1, Vec4::ZERO).expect("a small frame");
-    renderer.draw(&mut alone, mesh, |f| texture.paint(f.footprint(0, 1)));
+    renderer.draw(&mut alone, mesh, |f| Texture::paint(&texture, f.footprint(0, 1)));
     let mut ids_alone = Framebuffer::new(SIZE.0, SIZE.1, 0u32).expect("a small frame");
     renderer.draw(&mut ids_alone, mesh, |f| (f.x % 3 > 0).then_some(f.face));
     let id = |f: &Fragment<'_, 3>| (f.x % 3 > 0).then_some(f.face);
@@ -361,7 +385,7 @@ fn a_texture_paints_one_of_several_buffers() {
     let mut depths = vec![1.0; pixels];
     let mut target =
         Target::of_buffers(SIZE.0, (&mut colors, &mut ids), &mut depths).expect("one length");
-    renderer.draw(&mut target, mesh, |f| (texture.paint(f.footprint(0, 1)), f.face));
+    renderer.draw(&mut target, mesh, |f| (Texture::paint(&texture, f.footprint(0, 1)), f.face));
     assert!(colors == alone.color());
     assert!(depths == alone.depth());
 
@@ -369,7 +393,9 @@ fn a_texture_paints_one_of_several_buffers() {
     let mut target =
         Target::of_buffers(SIZE.0, (&mut colors, &mut ids), &mut depths).expect("one length");
     renderer.clear(&mut target, Buffers((Vec4::ZERO, 0)));
-    renderer.draw(&mut target, mesh, |f| id(f).map(|id| (texture.paint(f.footprint(0, 1)), id)));
+    renderer.draw(&mut target, mesh, |f| {
+        id(f).map(|id| (Texture::paint(&texture, f.footprint(0, 1)), id))
+    });
     assert!(ids == ids_alone.color());
     assert!(depths == ids_alone.depth());
     let painted = |(color, id): (&Vec4, &u32)| (*color != Vec4::ZERO) == (*id != 0);

@@ -38,7 +38,9 @@ mod scanline;
 mod painter;
 mod three_renderers;
 mod front;
+mod statistics;
 mod visibility;
+mod occlusion;
 mod samples;
 mod blending;
 
