@@ -65,8 +65,11 @@ impl Paint<Vec4> for Glass {
     }
 }
 
+type Painted = (Glass, Option<[f32; 2]>, Option<u32>, Option<bool>);
+type Block = ([Vec4; LANES], [[f32; 2]; LANES], [u32; LANES], [bool; LANES]);
+
 /// What is painted on each buffer.
-fn shade(f: &Fragment<'_, 3>) -> Option<(Glass, Option<[f32; 2]>, Option<u32>, Option<bool>)> {
+fn shade(f: &Fragment<'_, 3>) -> Option<Painted> {
     let (is_discarded, [color, uv, id, front]) = choice(f);
     let [u, v, _] = f.params;
     (!is_discarded).then(|| {
@@ -89,12 +92,7 @@ fn moved<'a>(f: &Fragment<'a, 3>, (x, y): (i32, i32)) -> Fragment<'a, 3> {
 fn shade_block(
     corner: (i32, i32),
     block: &mut FragmentBlock<'_, 3>,
-    (colors, uvs, ids, fronts): &mut (
-        [Vec4; LANES],
-        [[f32; 2]; LANES],
-        [u32; LANES],
-        [bool; LANES],
-    ),
+    (colors, uvs, ids, fronts): &mut Block,
 ) {
     for lane in 0..LANES {
         let f = moved(&block.fragment(lane), corner);
@@ -280,7 +278,7 @@ macro_rules! passes {
 passes!(by_z_buffer, by_z_buffer_separately, ZBufferRenderer, |_: &mut ZBufferRenderer<3>| ());
 passes!(by_scanline, by_scanline_separately, ScanlineRenderer, |_: &mut ScanlineRenderer<3>| ());
 passes!(by_painter, by_painter_separately, PainterRenderer, |painter: &mut PainterRenderer<3>| {
-    painter.depth_write = true
+    painter.depth_write = true;
 });
 
 fn levels() -> [Level; 2] {
@@ -289,20 +287,18 @@ fn levels() -> [Level; 2] {
 
 /// Bits, so that NaN is itself.
 fn check(picture: &Picture, expected: &Picture, what: &str) {
-    let bits = |picture: &Picture| -> Vec<([u32; 4], [u32; 2], u32, bool, u32)> {
-        (0..picture.ids.len())
-            .map(|i| {
-                (
-                    picture.colors[i].to_array().map(f32::to_bits),
-                    picture.uvs[i].map(f32::to_bits),
-                    picture.ids[i],
-                    picture.fronts[i],
-                    picture.depths[i].to_bits(),
-                )
-            })
-            .collect()
+    let bits = |picture: &Picture, i: usize| {
+        (
+            picture.colors[i].to_array().map(f32::to_bits),
+            picture.uvs[i].map(f32::to_bits),
+            picture.ids[i],
+            picture.fronts[i],
+            picture.depths[i].to_bits(),
+        )
     };
-    let differs = bits(picture).iter().zip(bits(expected)).filter(|(a, b)| *a != b).count();
+    assert_eq!(picture.ids.len(), expected.ids.len(), "{what}");
+    let pixels = 0..expected.ids.len();
+    let differs = pixels.filter(|&i| bits(picture, i) != bits(expected, i)).count();
     assert_eq!(differs, 0, "{what}: pixels that differ");
 }
 

@@ -16,11 +16,13 @@ const FACES: [[u32; 4]; 6] =
 tally! {
     struct Seen {
         boxes: u64,
-        /// Of which no pixel passes.
+        /// Of which a pixel would pass if there were no occluders.
+        on_picture: u64,
+        /// Of these, those of which none passes, and of those, the ones that the tiles hide.
         hidden: u64,
-        /// Of these, those that the tiles hide, and of those, the ones on the picture.
         found: u64,
-        found_on_picture: u64,
+        /// Of the others, those that are said to be hidden.
+        found_beside: u64,
     }
 }
 
@@ -123,6 +125,8 @@ fn check_scene(rng: &mut Rng) -> Seen {
     (occlusion.settings.clip_space, occlusion.settings.depth) = (clip_space, depth);
     occlusion.draw(Mesh::new(&vertices, &faces));
 
+    let mut empty = Framebuffer::new(size.0, size.1, ()).expect("a small frame");
+    renderer.clear(&mut empty, ());
     let mut seen = Seen::default();
     for _ in 0..4 {
         let (middle, half) = (vector(rng, 3.0), vector(rng, 1.0) * rng.octaves(0.01, 1.0) as f32);
@@ -134,25 +138,22 @@ fn check_scene(rng: &mut Rng) -> Seen {
             !is_hidden || pixels == 0,
             "{pixels} pixels are seen of {within:?} through {matrix:?}, {size:?}"
         );
+        let without = renderer.count_visible(&mut empty, Mesh::new(&vertices, &faces));
         seen.boxes += 1;
-        seen.hidden += u64::from(pixels == 0);
-        seen.found += u64::from(is_hidden);
-        if is_hidden {
-            // Without occluders.
-            let mut empty = Framebuffer::new(size.0, size.1, ()).expect("a small frame");
-            renderer.clear(&mut empty, ());
-            let pixels = renderer.count_visible(&mut empty, Mesh::new(&vertices, &faces));
-            seen.found_on_picture += u64::from(pixels > 0);
-        }
+        seen.on_picture += u64::from(without > 0);
+        seen.hidden += u64::from(without > 0 && pixels == 0);
+        seen.found += u64::from(without > 0 && is_hidden);
+        seen.found_beside += u64::from(without == 0 && is_hidden);
     }
     seen
 }
 
 fn check(scenes: u64) {
     let seen = in_threads(0..scenes, |seed| check_scene(&mut Rng::new(0x0CC1_0000 + seed)));
-    assert!(seen.found_on_picture * 40 > seen.boxes, "{seen:?}");
-    assert!(seen.found * 2 > seen.hidden, "{seen:?}");
     println!("{seen:?}");
+    // Bounds for tiles are worth something.
+    assert!(seen.found * 2 > seen.hidden && seen.found * 40 > seen.boxes, "{seen:?}");
+    assert!(seen.found_beside * 2 > seen.boxes - seen.on_picture, "{seen:?}");
 }
 
 #[test]

@@ -85,8 +85,7 @@ fn expected(
         let (near, far) = (|p: &Vec4| p.z < 0.0, |p: &Vec4| p.z > p.w);
         let area: f64 = (0..positions.len())
             .map(|i| {
-                let [a, b] =
-                    [positions[i], positions[(i + 1) % positions.len()]].map(|p| p.as_dvec4());
+                let [a, b] = [i, (i + 1) % positions.len()].map(|i| positions[i].as_dvec4());
                 a.x * b.y - b.x * a.y
             })
             .sum();
@@ -173,7 +172,7 @@ fn statistics_are_what_is_counted_face_by_face() {
                 set_up(&mut renderer);
                 renderer.simd_level = level;
                 let mesh = || Mesh::new(&vertices, &faces);
-                let mut draw = |renderer: &mut ZBufferRenderer<0>, frame: &mut Framebuffer<u32>| {
+                let draw = |renderer: &mut ZBufferRenderer<0>, frame: &mut Framebuffer<u32>| {
                     renderer.draw(frame, mesh(), |f| {
                         (!(discards && is_discarded(f.x, f.y, f.face))).then_some(f.face + 1)
                     });
