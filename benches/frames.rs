@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo bench -p polyscan-benches --bench frames
-//! cargo bench -p polyscan-benches --bench frames -- calls game occlusion thumbnail faces
+//! cargo bench -p polyscan-benches --bench frames -- calls game buffers occlusion thumbnail faces
 //! ```
 //!
 //! Times are those of the clock, medians, with the fastest in brackets.
@@ -17,16 +17,17 @@ use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{Mat4, Vec3, Vec4};
 use polyscan::fragment::LANES;
 use polyscan::render::OcclusionRenderer;
-use polyscan::{FragmentBlock, Framebuffer, Mesh, Vertex, ZBufferRenderer};
+use polyscan::{FragmentBlock, Framebuffer, Mesh, Target, Vertex, Viewport, ZBufferRenderer};
 
 /// What the process itself is started with to draw one picture and end.
 const COLD: &str = "--cold-process";
 
 type Part = fn() -> Result<(), Box<dyn Error>>;
 
-const PARTS: [(&str, Part); 5] = [
+const PARTS: [(&str, Part); 6] = [
     ("calls", calls),
     ("game", game),
+    ("buffers", buffers),
     ("occlusion", occlusion),
     ("thumbnail", thumbnail),
     ("faces", faces),
@@ -156,6 +157,59 @@ fn game() -> Result<(), Box<dyn Error>> {
             black_box(frame.color());
         });
         report(&format!("{} faces, 320 x 200, {threads}", faces.len()), frames, 1);
+    })
+}
+
+/// A colour, parameters and the face at each pixel, in buffers of their own: in one pass, in three, and as one
+/// buffer of structs.
+fn buffers() -> Result<(), Box<dyn Error>> {
+    const SIDE: u32 = 1024;
+    let (vertices, faces) = sphere(200, 100);
+    let pixels = (SIDE * SIDE) as usize;
+    let mesh = || Mesh::new(&vertices, &faces);
+    with_threads(|threads| {
+        let (mut colors, mut uvs) = (vec![0u32; pixels], vec![[0.0f32; 2]; pixels]);
+        let (mut ids, mut depths) = (vec![0u32; pixels], vec![1.0f32; pixels]);
+        let mut structs = vec![(0u32, [0.0f32; 2], 0u32); pixels];
+        let Ok(viewport) = Viewport::new(SIDE, SIDE) else { return };
+        let mut renderer = ZBufferRenderer::<2>::new(viewport);
+        let uv = |block: &mut FragmentBlock<'_, 2>, uvs: &mut [[f32; 2]; LANES]| {
+            *uvs = std::array::from_fn(|lane| [block.params[0][lane], block.params[1][lane]]);
+        };
+        let one = times(101, || {
+            depths.fill(1.0);
+            let buffers = (&mut colors, &mut uvs, &mut ids);
+            let Ok(mut target) = Target::of_buffers(SIDE, buffers, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), |block, (colors, uvs, ids)| {
+                shade(block, colors);
+                uv(block, uvs);
+                *ids = [block.face; LANES];
+            });
+        });
+        report(&format!("three buffers of 1024 x 1024 in one pass, {threads}"), one, 1);
+        let three = times(101, || {
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut colors, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), shade);
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut uvs, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), uv);
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut ids, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), |block, ids| *ids = [block.face; LANES]);
+        });
+        report("in three passes", three, 1);
+        let together = times(101, || {
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut structs, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), |block, structs| {
+                let (mut colors, mut uvs) = ([0; LANES], [[0.0; 2]; LANES]);
+                shade(block, &mut colors);
+                uv(block, &mut uvs);
+                *structs = std::array::from_fn(|lane| (colors[lane], uvs[lane], block.face));
+            });
+        });
+        report("in one pass, as structs", together, 1);
     })
 }
 

@@ -150,10 +150,10 @@ impl<const N: usize> OcclusionRenderer<N> {
     /// What is in the box is hidden if its vertices are `clip_from_object * position`, computed in `f32`, and
     /// if it is drawn without [bias](crate::DepthBias).
     #[must_use]
-    pub fn is_hidden(&self, clip_from_object: Mat4, [from, to]: [Vec3; 2]) -> bool {
+    pub fn is_hidden(&self, clip_from_object: Mat4, corners: [Vec3; 2]) -> bool {
         let projection = Projection::new(&self.settings.viewport, self.settings.clip_space);
         let is_reversed = self.settings.depth.is_reversed();
-        let Some(seen) = BoxOnScreen::new(&projection, clip_from_object, [from, to], is_reversed)
+        let Some(seen) = BoxOnScreen::new(&projection, clip_from_object, corners, is_reversed)
         else {
             return false;
         };
