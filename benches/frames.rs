@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo bench -p polyscan-benches --bench frames
-//! cargo bench -p polyscan-benches --bench frames -- calls game thumbnail faces
+//! cargo bench -p polyscan-benches --bench frames -- calls game buffers occlusion thumbnail faces
 //! ```
 //!
 //! Times are those of the clock, medians, with the fastest in brackets.
@@ -14,17 +14,24 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
-use glam::{Vec3, Vec4};
+use glam::{Mat4, Vec3, Vec4};
 use polyscan::fragment::LANES;
-use polyscan::{FragmentBlock, Framebuffer, Mesh, Vertex, ZBufferRenderer};
+use polyscan::render::OcclusionRenderer;
+use polyscan::{FragmentBlock, Framebuffer, Mesh, Target, Vertex, Viewport, ZBufferRenderer};
 
 /// What the process itself is started with to draw one picture and end.
 const COLD: &str = "--cold-process";
 
 type Part = fn() -> Result<(), Box<dyn Error>>;
 
-const PARTS: [(&str, Part); 4] =
-    [("calls", calls), ("game", game), ("thumbnail", thumbnail), ("faces", faces)];
+const PARTS: [(&str, Part); 6] = [
+    ("calls", calls),
+    ("game", game),
+    ("buffers", buffers),
+    ("occlusion", occlusion),
+    ("thumbnail", thumbnail),
+    ("faces", faces),
+];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
@@ -150,6 +157,191 @@ fn game() -> Result<(), Box<dyn Error>> {
             black_box(frame.color());
         });
         report(&format!("{} faces, 320 x 200, {threads}", faces.len()), frames, 1);
+    })
+}
+
+/// A colour, parameters and the face at each pixel, in buffers of their own: in one pass, in three, and as one
+/// buffer of structs.
+fn buffers() -> Result<(), Box<dyn Error>> {
+    const SIDE: u32 = 1024;
+    let (vertices, faces) = sphere(200, 100);
+    let pixels = (SIDE * SIDE) as usize;
+    let mesh = || Mesh::new(&vertices, &faces);
+    with_threads(|threads| {
+        let (mut colors, mut uvs) = (vec![0u32; pixels], vec![[0.0f32; 2]; pixels]);
+        let (mut ids, mut depths) = (vec![0u32; pixels], vec![1.0f32; pixels]);
+        let mut structs = vec![(0u32, [0.0f32; 2], 0u32); pixels];
+        let Ok(viewport) = Viewport::new(SIDE, SIDE) else { return };
+        let mut renderer = ZBufferRenderer::<2>::new(viewport);
+        let uv = |block: &mut FragmentBlock<'_, 2>, uvs: &mut [[f32; 2]; LANES]| {
+            *uvs = std::array::from_fn(|lane| [block.params[0][lane], block.params[1][lane]]);
+        };
+        let one = times(101, || {
+            depths.fill(1.0);
+            let buffers = (&mut colors, &mut uvs, &mut ids);
+            let Ok(mut target) = Target::of_buffers(SIDE, buffers, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), |block, (colors, uvs, ids)| {
+                shade(block, colors);
+                uv(block, uvs);
+                *ids = [block.face; LANES];
+            });
+        });
+        report(&format!("three buffers of 1024 x 1024 in one pass, {threads}"), one, 1);
+        let three = times(101, || {
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut colors, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), shade);
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut uvs, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), uv);
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut ids, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), |block, ids| *ids = [block.face; LANES]);
+        });
+        report("in three passes", three, 1);
+        let together = times(101, || {
+            depths.fill(1.0);
+            let Ok(mut target) = Target::new(SIDE, &mut structs, &mut depths) else { return };
+            renderer.draw_blocks(&mut target, mesh(), |block, structs| {
+                let (mut colors, mut uvs) = ([0; LANES], [[0.0; 2]; LANES]);
+                shade(block, &mut colors);
+                uv(block, &mut uvs);
+                *structs = std::array::from_fn(|lane| (colors[lane], uvs[lane], block.face));
+            });
+        });
+        report("in one pass, as structs", together, 1);
+    })
+}
+
+/// The corners of a box in the order of their bits, and its sides.
+fn cuboid([from, to]: [Vec3; 2]) -> ([Vec3; 8], [[u32; 4]; 6]) {
+    let corner = |i: usize| {
+        let choose = |axis: usize| if i >> axis & 1 == 0 { from[axis] } else { to[axis] };
+        Vec3::new(choose(0), choose(1), choose(2))
+    };
+    let sides =
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+    (std::array::from_fn(corner), sides)
+}
+
+/// Half the side of the boxes around balls.
+const RADIUS: f32 = 0.5;
+
+/// A town of 400 houses, which are the occluders, with a ball of 2,500 faces behind each.
+struct Town {
+    camera: Mat4,
+    houses: Vec<Vertex<0>>,
+    sides: Vec<[u32; 4]>,
+    /// The middles of the balls.
+    balls: Vec<Vec3>,
+    /// The vertices of a ball from its middle, with their parameters.
+    ball: Vec<(Vec3, [f32; 2])>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Town {
+    fn new() -> Self {
+        const SIDE: u16 = 20;
+        let camera = perspective(1.0, 16.0 / 9.0, 0.1, 200.0)
+            * look_at_mat4(Vec3::new(0.3, 1.2, 0.0), Vec3::new(0.0, 1.0, -9.0), Vec3::Y);
+        let (mut houses, mut sides, mut balls) = (Vec::new(), Vec::new(), Vec::new());
+        for (row, column) in (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| (row, column))) {
+            let (x, z) = (f32::from(column) - 9.5, f32::from(row));
+            let corner = Vec3::new(3.0 * x, 0.0, -3.0 * z - 4.0);
+            let height = 1.5 + f32::from((7 * row + 5 * column) % 11) * 0.2;
+            let (corners, house) = cuboid([corner, corner + Vec3::new(2.4, height, 1.5)]);
+            let first = houses.len() as u32;
+            houses.extend(corners.map(|corner| Vertex::new(camera * corner.extend(1.0), [])));
+            sides.extend(house.map(|side| side.map(|i| first + i)));
+            balls.push(corner + Vec3::new(1.2, 0.5, -0.8));
+        }
+        let (ball, triangles) = sphere(50, 25);
+        let place = |v: &Vertex<2>| {
+            use std::f32::consts::{PI, TAU};
+            let [longitude, latitude] = [v.params[0] * TAU, v.params[1] * PI];
+            let ring = latitude.sin() * RADIUS;
+            let (z, x) = longitude.sin_cos();
+            (Vec3::new(x * ring, latitude.cos() * RADIUS, z * ring), v.params)
+        };
+        Self { camera, houses, sides, balls, ball: ball.iter().map(place).collect(), triangles }
+    }
+
+    fn occluders(&self) -> Mesh<'_, &[[u32; 4]], 0> {
+        Mesh::new(&self.houses, &self.sides)
+    }
+
+    fn boxes(&self) -> impl Iterator<Item = [Vec3; 2]> {
+        self.balls.iter().map(|middle| [*middle - RADIUS, *middle + RADIUS])
+    }
+
+    /// What occluders and boxes take, by tiles and by pixels.
+    fn time_occlusion(
+        &self,
+        frame: &mut Framebuffer<u32>,
+        tiles: &mut OcclusionRenderer<0>,
+        threads: &str,
+    ) {
+        let mut depth = ZBufferRenderer::<0>::new(frame.viewport());
+        let drawn = times(51, || {
+            frame.clear(0, 1.0);
+            depth.draw_depth(frame, self.occluders());
+        });
+        report(&format!("2,400 occluders, depth of 1280 x 720, {threads}"), drawn, 1);
+        let covered = times(51, || {
+            tiles.clear();
+            tiles.draw(self.occluders());
+        });
+        report("the same into tiles", covered, 1);
+        let mut hidden = 0;
+        let asked = times(51, || {
+            hidden = self.boxes().filter(|within| tiles.is_hidden(self.camera, *within)).count();
+        });
+        report(&format!("400 boxes against tiles, {hidden} hidden; each"), asked, 400);
+        let asked = times(11, || {
+            let is_hidden = |within: &[Vec3; 2]| {
+                let (corners, sides) = cuboid(*within);
+                let corners = corners.map(|c| Vertex::new(self.camera * c.extend(1.0), []));
+                !depth.is_any_visible(frame, Mesh::new(&corners, sides))
+            };
+            hidden = self.boxes().filter(is_hidden).count();
+        });
+        report(&format!("400 boxes by queries, {hidden} hidden; each"), asked, 400);
+    }
+
+    /// Draws all, or what is not hidden.
+    fn draw(&self, frame: &mut Framebuffer<u32>, tiles: Option<&mut OcclusionRenderer<0>>) {
+        frame.clear(0, 1.0);
+        ZBufferRenderer::new(frame.viewport()).draw_depth(frame, self.occluders());
+        let tiles = tiles.map(|tiles| {
+            tiles.clear();
+            tiles.draw(self.occluders());
+            &*tiles
+        });
+        let mut renderer = ZBufferRenderer::<2>::new(frame.viewport());
+        for (middle, within) in self.balls.iter().zip(self.boxes()) {
+            if tiles.is_some_and(|tiles| tiles.is_hidden(self.camera, within)) {
+                continue;
+            }
+            let position = |place: Vec3| self.camera * (*middle + place).extend(1.0);
+            let vertex =
+                |&(place, params): &(Vec3, [f32; 2])| Vertex { position: position(place), params };
+            let vertices: Vec<_> = self.ball.iter().map(vertex).collect();
+            renderer.draw_blocks(frame, Mesh::new(&vertices, &self.triangles), shade);
+        }
+    }
+}
+
+/// What it takes to find out what is hidden in a town, and what that saves.
+fn occlusion() -> Result<(), Box<dyn Error>> {
+    let town = Town::new();
+    let mut frame = Framebuffer::new(1280, 720, 0u32)?;
+    let mut tiles = OcclusionRenderer::new(frame.viewport())?;
+    with_threads(|threads| {
+        town.time_occlusion(&mut frame, &mut tiles, threads);
+        let all = times(11, || town.draw(&mut frame, None));
+        report("the town with all balls, a million faces", all, 1);
+        let seen = times(11, || town.draw(&mut frame, Some(&mut tiles)));
+        report("without those that the tiles hide", seen, 1);
     })
 }
 

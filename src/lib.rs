@@ -71,22 +71,23 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`color`] | linear light and sRGB |
-//! | [`render`] | `render::depth` tests and `render::coarse_depth`; `render::band`s of rows; what shaders return, `render::paint`; the loops around a `render::shader`: `render::shader::blocks` to shade, each `render::shader::form`, and how they `render::shader::draw` |
+//! | [`render`] | `render::depth` tests and `render::coarse_depth`; `render::counters` and the `render::stencil`; `render::band`s of rows; what targets hold for a `render::pixel`, and what shaders return, `render::paint`; the loops around a `render::shader`: `render::shader::blocks` to shade, each `render::shader::form`, how they `render::shader::draw`, several `render::shader::buffers` at once |
 //! | `render::raster` | which loops a polygon takes, `render::raster::plan`; blocks against depths, `render::raster::test`; its runs, `render::raster::rows` |
 //! | `render::parallel` | work on all processors |
-//! | `render::target`, `render::framebuffer` | memory to draw to, borrowed or owned |
+//! | `render::canvas`, `render::target`, `render::framebuffer` | how shaders paint pixels; memory to draw to, borrowed or owned |
 //! | `render::faces`, `render::corners` | index lists; vertices projected once each |
 //! | `render::bsp` | [`BspTree`]: `render::bsp::plane`s, the `render::bsp::partition`, how to `render::bsp::build` it |
 //! | `render::stroke_style`, `render::geometry`, `render::lines` | what is drawn: polygons and meshes, lines and points, and how these look |
-//! | `render::by_depth`, `render::front` | in which order, by which methods |
+//! | `render::by_depth`, `render::statistics`, `render::front` | in which order, what is counted, by which methods |
 //! | `render::mesh` | many faces at once, in `render::mesh::bins` |
 //! | `render::strokes` | lines and points: each `render::strokes::segment` clipped, the polygons of `render::strokes::wide` ones |
-//! | `render::z_buffer` | [`ZBufferRenderer`] |
+//! | `render::z_buffer`, `render::query` | [`ZBufferRenderer`], and how much of what is not drawn would be seen |
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
 //! | [`bake`] | textures baked from meshes in their (u, v) plane; `bake::dilate` continues the borders |
 //! | `render::visibility` | [`VisibilityRenderer`](render::VisibilityRenderer): which face is seen at each pixel, in `render::visibility::layers` if several are wanted, and where on it, by the `render::visibility::weights` of its corners |
 //! | `render::samples` | [`MultisampleRenderer`](render::MultisampleRenderer): several samples a pixel, at the places of the `render::samples::pattern`, in a `render::samples::frame`; the `render::samples::raster` says which are covered, `render::samples::shade` tests and colours them, for the `render::samples::renderer` |
+//! | `render::occlusion` | [`OcclusionRenderer`](render::OcclusionRenderer): what is hidden, before it is drawn, by `render::occlusion::tiles` of pixels |
 //! | `render::png_file` | PNG files, whole or row by row |
 //!
 //! **Pictures and models**

@@ -62,6 +62,11 @@ impl ClippedPolygon {
         !call.culled.leaves_out(area)
     }
 
+    /// Whether nothing of it was cut.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
     /// Lays planes through the parameters.
     pub(crate) fn fit(&self, call: &DrawCall<'_>, face: u32, surface: &mut PolygonSurface) {
         let (vertices, face) = (self.clipper.vertices(), (face, self.is_front));

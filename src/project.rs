@@ -100,6 +100,11 @@ impl Projection {
         self.size
     }
 
+    /// Whether the near plane is at z = -w, not at 0.
+    pub(crate) fn has_negative_z(&self) -> bool {
+        self.clip_space == ClipSpace::MinusOneToOne
+    }
+
     /// X in normalized device coordinates, -1 to 1 from left to right, of the centre of a column of the
     /// framebuffer.
     #[inline(always)]

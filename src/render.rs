@@ -17,12 +17,16 @@
 //! | [conservative coverage](crate::CoverageRule) | yes | no: by centres | yes | yes |
 //! | before the first picture | nothing | a sort of the faces by row | the tree: n log n for surfaces, up to n^3 for n planes that all cross | nothing |
 //! | memory | the framebuffer | some rows, the faces that cross them, 24 bytes for each face | the framebuffer, some 80 bytes for each piece | the framebuffer |
+//! | several [`Buffers`] in one pass | yes | yes, but for `stream` | yes | yes |
+//! | [`Statistics`] | yes | yes, of pixels that are seen; not of `stream` | yes | yes |
+//! | [`Stencil`] | yes | no: faces have no order | yes, without depth | yes, without depth |
+//! | occlusion queries | yes | no | no: no depth is compared | no |
 //! | drawing in steps | yes: depth stays in the framebuffer | a scene at once; over what a framebuffer holds | a tree at once, over what a framebuffer shows | as by tree |
 //!
-//! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own; the others draw large
-//! and take [`Framebuffer::downsampled`]. What is seen as numbers, faces and barycentrics, a
+//! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own, into one buffer and without
+//! stencil and statistics; the others draw large and take [`Framebuffer::downsampled`]. What is seen as numbers, faces and barycentrics, a
 //! [`VisibilityRenderer`] finds: by the z-buffer, and by the scanline renderer where several layers are
-//! wanted.
+//! wanted. Which boxes are hidden behind occluders, before anything is drawn, an [`OcclusionRenderer`] says.
 //!
 //! The z-buffer's order of drawing matters to its time only: from front to back each pixel is shaded
 //! once. Times are in the project's PERFORMANCE.md.
@@ -35,12 +39,16 @@
 //! with a library that is.
 
 pub(crate) mod coarse_depth;
+mod counters;
+mod stencil;
 mod depth;
 pub(crate) mod band;
+mod pixel;
 mod paint;
 pub(crate) mod shader;
 mod raster;
 pub(crate) mod parallel;
+mod canvas;
 mod target;
 mod framebuffer;
 mod faces;
@@ -50,15 +58,18 @@ mod stroke_style;
 mod geometry;
 mod lines;
 mod by_depth;
+mod statistics;
 mod front;
 
 mod mesh;
 mod strokes;
 mod z_buffer;
+mod query;
 mod painter;
 mod scanline;
 mod visibility;
 mod samples;
+mod occlusion;
 #[cfg(feature = "png")]
 mod png_file;
 
@@ -69,14 +80,18 @@ pub use self::framebuffer::Framebuffer;
 pub use self::front::OneThread;
 pub use self::geometry::{Geometry, Mesh, PosedTree};
 pub use self::lines::{Contours, Lines, Points, Polyline, Strips};
+pub use self::occlusion::OcclusionRenderer;
 pub use self::paint::{Additive, Over, Paint};
 pub use self::painter::PainterRenderer;
+pub use self::pixel::{Buffers, Pixel};
 #[cfg(feature = "png")]
 pub use self::png_file::{PngError, PngFile};
 pub use self::samples::{
     Average, MultisampleFramebuffer, MultisampleRenderer, Samples, ShadingPlace,
 };
 pub use self::scanline::ScanlineRenderer;
+pub use self::statistics::Statistics;
+pub use self::stencil::{Stencil, StencilFace, StencilOp, StencilTest};
 pub use self::stroke_style::{Cap, Join};
 pub use self::target::{RenderTarget, Target, TargetError};
 pub use self::visibility::{Product, Visibility, VisibilityRenderer};

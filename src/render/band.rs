@@ -19,6 +19,8 @@ use std::ops::Range;
 use crate::fragment::LANES;
 use crate::fragment::block::HALF_BLOCK;
 use crate::render::coarse_depth::CoarseDepth;
+use crate::render::counters::Counters;
+use crate::render::stencil::Stencil;
 
 /// Some neighbouring rows of a target's depths.
 #[derive(Debug)]
@@ -37,27 +39,67 @@ pub(crate) struct Band<'a> {
     pub(crate) line_offset: usize,
     /// The coarse depths, where there are any.
     pub(crate) coarse: Option<&'a mut CoarseDepth>,
+    /// What else is done with pixels, if anything is.
+    pub(crate) extras: Extras<'a>,
+}
+
+/// What is done with pixels besides the depth test.
+#[derive(Debug, Default)]
+pub(crate) struct Extras<'a> {
+    /// The stencil of the same pixels, with what is done.
+    pub(crate) stencil: Option<(Stencil, &'a mut [u8])>,
+    /// Where they are counted.
+    pub(crate) counters: Option<&'a Counters>,
+}
+
+impl Extras<'_> {
+    /// The same, borrowed.
+    fn reborrow(&mut self) -> Extras<'_> {
+        let stencil = self.stencil.as_mut().map(|(stencil, bytes)| (*stencil, &mut **bytes));
+        Extras { stencil, counters: self.counters }
+    }
+
+    /// Those of the pixels before one, and those of the others.
+    fn split(&mut self, pixel: usize) -> (Extras<'_>, Extras<'_>) {
+        let counters = self.counters;
+        let (mut first, mut second) = (None, None);
+        if let Some((stencil, bytes)) = &mut self.stencil {
+            let (before, after) = bytes.split_at_mut(pixel);
+            (first, second) = (Some((*stencil, before)), Some((*stencil, after)));
+        }
+        (Extras { stencil: first, counters }, Extras { stencil: second, counters })
+    }
 }
 
 impl<'a> Band<'a> {
     /// All rows of a target whose top left pixel is at `corner` of the framebuffer. `width` is not 0.
     pub(crate) fn new((column, first): (i32, i32), width: usize, depth: &'a mut [f32]) -> Self {
         let line_offset = line_offset(depth);
-        Self { first, column, width, depth, pixels_before: 0, line_offset, coarse: None }
+        let extras = Extras::default();
+        Self { first, column, width, depth, pixels_before: 0, line_offset, coarse: None, extras }
     }
 
     /// The same band with a coarse depth.
     pub(crate) fn with_coarse<'b>(&'b mut self, coarse: Option<&'b mut CoarseDepth>) -> Band<'b> {
         let Self { first, column, width, pixels_before, line_offset, .. } = *self;
-        Band { first, column, width, depth: self.depth, pixels_before, line_offset, coarse }
+        let extras = self.extras.reborrow();
+        Band { first, column, width, depth: self.depth, pixels_before, line_offset, coarse, extras }
+    }
+
+    /// The same band, whose pixels are counted.
+    pub(crate) fn with_counters<'b>(&'b mut self, counters: Option<&'b Counters>) -> Band<'b> {
+        let mut band = self.with_coarse(None);
+        band.extras.counters = counters;
+        band
     }
 
     /// Cuts the band in two before a row, counted from its first.
     pub(crate) fn split(&mut self, rows: usize) -> (Band<'_>, Band<'_>) {
         let Self { first, column, width, pixels_before, line_offset: offset, .. } = *self;
         let (upper, lower) = self.depth.split_at_mut(rows * width);
+        let (upper_extras, lower_extras) = self.extras.split(rows * width);
         let before = pixels_before + upper.len();
-        let band = |first, depth, pixels_before, line_offset| Band {
+        let band = |first, depth, pixels_before, line_offset, extras| Band {
             first,
             column,
             width,
@@ -65,11 +107,12 @@ impl<'a> Band<'a> {
             pixels_before,
             line_offset,
             coarse: None,
+            extras,
         };
         let lower_offset = line_offset(lower);
         (
-            band(first, upper, pixels_before, offset),
-            band(first + rows as i32, lower, before, lower_offset),
+            band(first, upper, pixels_before, offset, upper_extras),
+            band(first + rows as i32, lower, before, lower_offset, lower_extras),
         )
     }
 

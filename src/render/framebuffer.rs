@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use crate::render::target::{RenderTarget, Target, TargetError};
+use crate::render::target::{RenderTarget, Target, TargetError, height_of};
 use crate::viewport::{Rect, SizeError, Viewport};
 
 /// A picture being drawn. Row 0 is at the top, as in the `image` crate.
@@ -99,12 +99,8 @@ impl<C> Framebuffer<C> {
     ///
     /// # Errors
     /// As [`Target::new`].
-    pub fn from_parts(
-        width: u32,
-        mut color: Vec<C>,
-        mut depth: Vec<f32>,
-    ) -> Result<Self, TargetError> {
-        let height = Target::new(width, &mut color, &mut depth)?.height();
+    pub fn from_parts(width: u32, color: Vec<C>, depth: Vec<f32>) -> Result<Self, TargetError> {
+        let height = height_of(width, color.len(), depth.len())?;
         Ok(Self { width, height, color, depth })
     }
 
@@ -115,11 +111,11 @@ impl<C> Framebuffer<C> {
     }
 }
 
-impl<C> RenderTarget for Framebuffer<C> {
+impl<C: Copy> RenderTarget for Framebuffer<C> {
     type Color = C;
 
     fn target(&mut self) -> Target<'_, C> {
-        Target::from_checked(self.width, &mut self.color, &mut self.depth)
+        Target::from_checked(self.width, self.color.as_mut_slice(), &mut self.depth)
     }
 }
 

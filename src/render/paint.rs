@@ -6,10 +6,12 @@ use glam::{Vec3, Vec4};
 
 use crate::color::{Color, decode};
 use crate::fragment::LANES;
+use crate::render::pixel::Buffers;
 
 /// What a shader may return for a pixel of colour `C`: a colour, which replaces the pixel's; an
 /// `Option` of one, where `None` discards the fragment; or a colour in [`Over`] or [`Additive`], which
-/// is blended with the pixel's.
+/// is blended with the pixel's. For a pixel of several [`Buffers`] it is a tuple of these, of which `None`
+/// leaves its buffer as it is there, or an `Option` of such a tuple.
 ///
 /// ```
 /// use glam::{Vec4, vec4};
@@ -122,6 +124,68 @@ impl Paint<[u8; 4]> for Additive<Vec4> {
         true
     }
 }
+
+macro_rules! paint_buffers {
+    ($($value:ident $paint:ident $i:tt),+) => {
+        impl<$($value: Copy, $paint: Paint<$value>),+> Paint<Buffers<($($value,)+)>> for ($($paint,)+) {
+            const IN_BLOCKS: bool = $($paint::IN_BLOCKS)||+;
+
+            #[inline(always)]
+            fn paint(self, Buffers(pixel): &mut Buffers<($($value,)+)>) -> bool {
+                // What is not painted stays as it is in its buffer, whatever becomes of the others.
+                $(let _ = self.$i.paint(&mut pixel.$i);)+
+                true
+            }
+
+            fn paint_block(
+                paints: [Option<Self>; LANES],
+                pixels: &mut [Buffers<($($value,)+)>; LANES],
+            ) -> u32 {
+                let mut drawn = 0;
+                let mut by_buffer = ($([const { None::<$paint> }; LANES],)+);
+                for (lane, paint) in paints.into_iter().enumerate() {
+                    if let Some(paint) = paint {
+                        drawn |= 1 << lane;
+                        $(by_buffer.$i[lane] = Some(paint.$i);)+
+                    }
+                }
+                $({
+                    let mut values = std::array::from_fn(|lane| pixels[lane].0.$i);
+                    $paint::paint_block(by_buffer.$i, &mut values);
+                    for (Buffers(pixel), value) in pixels.iter_mut().zip(values) {
+                        pixel.$i = value;
+                    }
+                })+
+                drawn
+            }
+        }
+
+        impl<$($value: Copy, $paint: Paint<$value>),+> Paint<Buffers<($($value,)+)>>
+            for Option<($($paint,)+)>
+        {
+            const IN_BLOCKS: bool = $($paint::IN_BLOCKS)||+;
+
+            #[inline(always)]
+            fn paint(self, pixel: &mut Buffers<($($value,)+)>) -> bool {
+                self.is_some_and(|paints| paints.paint(pixel))
+            }
+
+            fn paint_block(
+                paints: [Option<Self>; LANES],
+                pixels: &mut [Buffers<($($value,)+)>; LANES],
+            ) -> u32 {
+                <($($paint,)+)>::paint_block(paints.map(Option::flatten), pixels)
+            }
+        }
+    };
+}
+
+paint_buffers!(A P 0);
+paint_buffers!(A P 0, B Q 1);
+paint_buffers!(A P 0, B Q 1, C R 2);
+paint_buffers!(A P 0, B Q 1, C R 2, D S 3);
+paint_buffers!(A P 0, B Q 1, C R 2, D S 3, E T 4);
+paint_buffers!(A P 0, B Q 1, C R 2, D S 3, E T 4, F U 5);
 
 /// Premultiplied linear light of an sRGB colour with straight alpha.
 fn to_linear([r, g, b, a]: [u8; 4]) -> Vec4 {

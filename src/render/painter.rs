@@ -51,7 +51,7 @@ use crate::render::by_depth::{Depths, is_greater_farther, sorted};
 use crate::render::corners::ProjectedVertices;
 use crate::render::depth::DepthTest;
 use crate::render::faces::FaceList;
-use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
+use crate::render::front::{Counting, DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
 use crate::render::geometry::{Batch, Order};
 use crate::render::mesh::bins::{BAND, bands_of};
 use crate::render::painter::cut_line::CutLine;
@@ -59,6 +59,8 @@ use crate::render::parallel::{Shading, first, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::shader::ShadeBlocks;
+use crate::render::statistics::Statistics;
+use crate::render::stencil::Stencil;
 use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
@@ -112,6 +114,11 @@ pub struct PainterRenderer<const N: usize> {
     pub settings: Settings<N>,
     /// Whether the depth of a fragment that is drawn is stored. It is never compared.
     pub depth_write: bool,
+    /// What is done with the stencil of a [target that has one](crate::Target::with_stencil).
+    pub stencil: Option<Stencil>,
+    /// Counts what becomes of polygons and pixels, from now on, if there is something to count in: see
+    /// [`Statistics`].
+    pub statistics: Option<Statistics>,
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
     pub simd_level: Level,
@@ -146,6 +153,8 @@ impl<const N: usize> PainterRenderer<N> {
         Self {
             settings: Settings::new(viewport),
             depth_write: false,
+            stencil: None,
+            statistics: None,
             simd_level: Level::new(),
             front: FrontMemory::default(),
             drawer: Drawer::default(),
@@ -159,9 +168,10 @@ impl<const N: usize> Renderer<N> for PainterRenderer<N> {
     type Drawer = Drawer;
 
     fn parts(&mut self) -> Parts<'_, Drawer, N> {
-        let Self { settings, simd_level: level, front, drawer, .. } = self;
+        let Self { settings, stencil, statistics, simd_level: level, front, drawer, .. } = self;
         let plan = Plan::new(DepthTest::Always, self.depth_write, settings.depth);
-        Parts { settings, level: *level, plan, front, drawer }
+        let counting = Counting::of(statistics.as_mut());
+        Parts { settings, level: *level, plan, stencil: *stencil, counting, front, drawer }
     }
 
     fn level(&self) -> Level {

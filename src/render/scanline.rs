@@ -35,14 +35,15 @@ use crate::render::band::Band;
 use crate::render::corners::ProjectedVertices;
 use crate::render::depth::DepthTest;
 use crate::render::faces::FaceList;
-use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
+use crate::render::front::{Counting, DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
 use crate::render::geometry::{Batch, Geometry};
 use crate::render::paint::Paint;
 use crate::render::parallel::{Shading, beside, threads};
 use crate::render::raster::plan::Plan;
 use crate::render::scanline::active::ActiveFaces;
 use crate::render::scanline::draw::{RowsMemory, draw_rows, rows_at_once};
-use crate::render::shader::{Painter, Shader};
+use crate::render::shader::{Painter, PerBlock, PerFragment, Shader};
+use crate::render::statistics::Statistics;
 use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
@@ -88,6 +89,9 @@ pub struct ScanlineRenderer<const N: usize> {
     /// [`DepthMode::InverseW`](crate::DepthMode::InverseW) counts as
     /// [`DepthMode::Standard`](crate::DepthMode::Standard) here: rows are ordered by z.
     pub settings: Settings<N>,
+    /// Counts what becomes of polygons and pixels, from now on, if there is something to count in: see
+    /// [`Statistics`].
+    pub statistics: Option<Statistics>,
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
     pub simd_level: Level,
@@ -110,6 +114,7 @@ impl<const N: usize> ScanlineRenderer<N> {
     pub fn new(viewport: Viewport) -> Self {
         Self {
             settings: Settings::new(viewport),
+            statistics: None,
             simd_level: Level::new(),
             front: FrontMemory::default(),
             drawer: Drawer::default(),
@@ -184,7 +189,7 @@ impl<const N: usize> ScanlineRenderer<N> {
         K: Shader<C, N> + Copy + Send + Sync,
     {
         let mut result = Ok(());
-        let Parts { settings, level, plan, front, drawer } = self.parts();
+        let Parts { settings, level, plan, front, drawer, .. } = self.parts();
         let Drawer { corners, faces, rows, strokes } = drawer;
         settings.collect_planes(&mut front.planes);
         let call = settings.call(settings.viewport.rect(), &front.planes).by_centres();
@@ -222,9 +227,10 @@ impl<const N: usize> Renderer<N> for ScanlineRenderer<N> {
     type Drawer = Drawer;
 
     fn parts(&mut self) -> Parts<'_, Drawer, N> {
-        let Self { settings, simd_level: level, front, drawer } = self;
+        let Self { settings, statistics, simd_level: level, front, drawer } = self;
         let plan = Plan::new(DepthTest::Nearer, true, order_of_rows(settings.depth));
-        Parts { settings, level: *level, plan, front, drawer }
+        let counting = Counting::of(statistics.as_mut());
+        Parts { settings, level: *level, plan, stencil: None, counting, front, drawer }
     }
 
     fn level(&self) -> Level {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::render::canvas::Canvas;
+use crate::render::pixel::{BufferList, BufferSet, Buffers, Pixel};
 use crate::viewport::{MAX_SIZE, Rect, SizeError, Viewport};
 
 /// Borrowed memory that a renderer draws to: a colour of any type and an f32 depth for each pixel, row
@@ -23,13 +25,16 @@ use crate::viewport::{MAX_SIZE, Rect, SizeError, Viewport};
 /// assert_eq!(colors[5 * 8], 0xff_ff_ff);
 /// # Ok::<(), polyscan::TargetError>(())
 /// ```
-pub struct Target<'a, C> {
-    width: u32,
-    pub(crate) color: &'a mut [C],
+///
+/// Several values a pixel, each in a buffer of its own, are [`Buffers`].
+pub struct Target<'a, C: Pixel + 'a> {
+    pub(crate) width: u32,
+    pub(crate) color: C::Memory<'a>,
     pub(crate) depth: &'a mut [f32],
+    pub(crate) stencil: Option<&'a mut [u8]>,
 }
 
-impl<C> fmt::Debug for Target<'_, C> {
+impl<C: Pixel> fmt::Debug for Target<'_, C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (width, height) = (self.width, self.height());
         f.debug_struct("Target").field("width", &width).field("height", &height).finish()
@@ -48,6 +53,28 @@ pub enum TargetError {
         /// How many depths there are.
         depths: usize,
     },
+    /// One of several buffers has not as many values as there are depths.
+    #[error(
+        "buffer {number} has {values} values and there are {depths} depths: each pixel needs one of both"
+    )]
+    BufferLength {
+        /// Which buffer, from 1 in their order.
+        number: usize,
+        /// How many values it has.
+        values: usize,
+        /// How many depths there are.
+        depths: usize,
+    },
+    /// The stencil has not as many bytes as there are depths.
+    #[error(
+        "the stencil has {bytes} bytes and there are {depths} depths: each pixel needs one of both"
+    )]
+    StencilLength {
+        /// How many bytes the stencil has.
+        bytes: usize,
+        /// How many depths there are.
+        depths: usize,
+    },
     /// The pixels do not fill rows of the given width.
     #[error("{pixels} pixels do not fill rows of {width}: give whole rows")]
     NotWholeRows {
@@ -61,7 +88,7 @@ pub enum TargetError {
     Size(#[from] SizeError),
 }
 
-impl<'a, C> Target<'a, C> {
+impl<'a, C: Copy> Target<'a, C> {
     /// A target of rows of `width` pixels. Before the first polygon the depths must be
     /// [the farthest](crate::DepthMode::farthest), 1.0 by default: fill them, or call a renderer's
     /// `clear`. On zeros nothing is drawn.
@@ -70,21 +97,67 @@ impl<'a, C> Target<'a, C> {
     /// When there are not as many depths as colours, when they do not fill whole rows, or when a side
     /// is longer than [`MAX_SIZE`].
     pub fn new(width: u32, color: &'a mut [C], depth: &'a mut [f32]) -> Result<Self, TargetError> {
-        let pixels = color.len();
-        if pixels != depth.len() {
-            return Err(TargetError::Lengths { colors: pixels, depths: depth.len() });
+        height_of(width, color.len(), depth.len())?;
+        Ok(Self { width, color, depth, stencil: None })
+    }
+}
+
+impl<'a, B: BufferSet> Target<'a, Buffers<B>> {
+    /// A target of rows of `width` pixels with several [`Buffers`]: a tuple of up to six, each `&mut [A]` or
+    /// `&mut Vec<A>`. Of the depths holds what [`Target::new`] says.
+    ///
+    /// # Errors
+    /// When a buffer has not as many values as there are depths, when they do not fill whole rows, or
+    /// when a side is longer than [`MAX_SIZE`].
+    pub fn of_buffers(
+        width: u32,
+        buffers: impl BufferList<'a, Set = B>,
+        depth: &'a mut [f32],
+    ) -> Result<Self, TargetError> {
+        let (lengths, color) = buffers.slices();
+        let depths = depth.len();
+        let others = lengths.as_ref().iter().zip(1..).find(|(values, _)| **values != depths);
+        if let Some((&values, number)) = others {
+            return Err(TargetError::BufferLength { number, values, depths });
         }
-        let height = if pixels == 0 { 0 } else { pixels.checked_div(width as usize).unwrap_or(0) };
-        if height * width as usize != pixels {
-            return Err(TargetError::NotWholeRows { width, pixels });
-        }
-        SizeError::check(width, u32::try_from(height).unwrap_or(u32::MAX))?;
-        Ok(Self { width, color, depth })
+        height_of(width, depths, depths)?;
+        Ok(Self { width, color, depth, stencil: None })
+    }
+}
+
+/// The height of a picture of so many colours and depths, if they fill rows of a width.
+pub(crate) fn height_of(width: u32, colors: usize, depths: usize) -> Result<u32, TargetError> {
+    if colors != depths {
+        return Err(TargetError::Lengths { colors, depths });
+    }
+    let height = if colors == 0 { 0 } else { colors.checked_div(width as usize).unwrap_or(0) };
+    if height * width as usize != colors {
+        return Err(TargetError::NotWholeRows { width, pixels: colors });
+    }
+    let height = u32::try_from(height).unwrap_or(u32::MAX);
+    SizeError::check(width, height)?;
+    Ok(height)
+}
+
+impl<'a, C: Pixel> Target<'a, C> {
+    /// A target whose sizes were checked.
+    pub(crate) fn from_checked(width: u32, color: C::Memory<'a>, depth: &'a mut [f32]) -> Self {
+        Self { width, color, depth, stencil: None }
     }
 
-    /// A target whose sizes were checked.
-    pub(crate) fn from_checked(width: u32, color: &'a mut [C], depth: &'a mut [f32]) -> Self {
-        Self { width, color, depth }
+    /// The same target with a stencil, a byte for each pixel, for a renderer's
+    /// [`Stencil`](crate::render::Stencil). Without one all
+    /// fragments pass.
+    ///
+    /// # Errors
+    /// When there are not as many bytes as depths.
+    pub fn with_stencil(mut self, stencil: &'a mut [u8]) -> Result<Self, TargetError> {
+        let (bytes, depths) = (stencil.len(), self.depth.len());
+        if bytes != depths {
+            return Err(TargetError::StencilLength { bytes, depths });
+        }
+        self.stencil = Some(stencil);
+        Ok(self)
     }
 
     /// The number of columns.
@@ -113,18 +186,21 @@ impl<'a, C> Target<'a, C> {
 }
 
 /// What a renderer can draw to: a [`Framebuffer`](crate::Framebuffer) or a [`Target`].
+#[expect(private_bounds, reason = "how shaders paint pixels is the renderers' own business")]
 pub trait RenderTarget {
-    /// The type of a pixel's colour.
-    type Color;
+    /// The type of a pixel's colour, or [`Buffers`] if it has several values.
+    type Color: Canvas;
 
     /// The memory to draw to.
     fn target(&mut self) -> Target<'_, Self::Color>;
 }
 
-impl<C> RenderTarget for Target<'_, C> {
+impl<C: Canvas> RenderTarget for Target<'_, C> {
     type Color = C;
 
     fn target(&mut self) -> Target<'_, C> {
-        Target { width: self.width, color: self.color, depth: self.depth }
+        let color = C::reborrow(&mut self.color);
+        let stencil = self.stencil.as_deref_mut();
+        Target { width: self.width, color, depth: self.depth, stencil }
     }
 }

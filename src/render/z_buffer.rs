@@ -10,12 +10,14 @@ use crate::render::band::Band;
 use crate::render::by_depth::SortedFaces;
 use crate::render::depth::DepthTest;
 use crate::render::faces::MOST_AT_ONCE;
-use crate::render::front::{DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
+use crate::render::front::{Counting, DrawFaces, FrontMemory, Parts, Renderer, drawing_methods};
 use crate::render::geometry::{Batch, Order};
 use crate::render::mesh::MeshMemory;
 use crate::render::parallel::Shading;
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
+use crate::render::statistics::Statistics;
+use crate::render::stencil::Stencil;
 use crate::render::strokes::Strokes;
 use crate::settings::{DepthMode, DrawCall, Settings};
 use crate::simd::for_level;
@@ -64,6 +66,11 @@ pub struct ZBufferRenderer<const N: usize> {
     pub depth_test: DepthTest,
     /// Whether the depth of a fragment that is drawn is stored.
     pub depth_write: bool,
+    /// What is done with the stencil of a [target that has one](crate::Target::with_stencil).
+    pub stencil: Option<Stencil>,
+    /// Counts what becomes of polygons and pixels, from now on, if there is something to count in: see
+    /// [`Statistics`].
+    pub statistics: Option<Statistics>,
     /// The SIMD instructions to use: the best that the machine has, unless changed. The picture is
     /// the same with any.
     pub simd_level: Level,
@@ -92,6 +99,8 @@ impl<const N: usize> ZBufferRenderer<N> {
             settings: Settings::new(viewport),
             depth_test: DepthTest::default(),
             depth_write: true,
+            stencil: None,
+            statistics: None,
             simd_level: Level::new(),
             front: FrontMemory::default(),
             drawer: Drawer::default(),
@@ -105,9 +114,10 @@ impl<const N: usize> Renderer<N> for ZBufferRenderer<N> {
     type Drawer = Drawer;
 
     fn parts(&mut self) -> Parts<'_, Drawer, N> {
-        let Self { settings, simd_level: level, front, drawer, .. } = self;
+        let Self { settings, stencil, statistics, simd_level: level, front, drawer, .. } = self;
         let plan = Plan::new(self.depth_test, self.depth_write, settings.depth);
-        Parts { settings, level: *level, plan, front, drawer }
+        let counting = Counting::of(statistics.as_mut());
+        Parts { settings, level: *level, plan, stencil: *stencil, counting, front, drawer }
     }
 
     fn level(&self) -> Level {

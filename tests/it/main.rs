@@ -32,12 +32,15 @@ mod mesa;
 mod golden;
 
 mod z_buffer;
+mod buffers;
 mod many_faces;
 mod scanline;
 mod painter;
 mod three_renderers;
 mod front;
+mod statistics;
 mod visibility;
+mod occlusion;
 mod samples;
 mod blending;
 

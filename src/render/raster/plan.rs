@@ -13,21 +13,26 @@ pub(crate) struct Plan {
     pub(crate) writes: bool,
     /// Whether depth is 1/w, not z.
     pub(crate) is_inverse_w: bool,
+    /// Whether pixels are counted, or have a stencil: the band has what that takes.
+    pub(crate) has_extras: bool,
 }
 
 impl Plan {
     /// The settings of nearly all draw calls: for them the loops are compiled on their own.
     pub(crate) const COMMON: Self =
-        Self { comparison: Comparison::Less, writes: true, is_inverse_w: false };
+        Self { comparison: Comparison::Less, writes: true, is_inverse_w: false, has_extras: false };
 
     pub(crate) fn new(test: DepthTest, writes: bool, mode: DepthMode) -> Self {
         let is_inverse_w = mode == DepthMode::InverseW;
-        Self { comparison: test.comparison(mode), writes, is_inverse_w }
+        Self { comparison: test.comparison(mode), writes, is_inverse_w, has_extras: false }
     }
 
-    /// Prepares a coarse depth for a band; whether it helps.
+    /// Prepares a coarse depth for a band; whether it helps. What it hides would not be counted, and would
+    /// leave the stencil as it is.
     pub(crate) fn restart(self, coarse: &mut CoarseDepth, band: &Band<'_>) -> bool {
-        !self.is_inverse_w && coarse.restart(self.comparison, band.width, band.rows().len())
+        !self.is_inverse_w
+            && !self.has_extras
+            && coarse.restart(self.comparison, band.width, band.rows().len())
     }
 }
 

@@ -12,6 +12,7 @@ use crate::coverage::shape::Coverage;
 use crate::fragment::block::{ALL, HALF_BLOCK, LANES, SpanLine};
 use crate::render::band::Band;
 use crate::render::coarse_depth::TILE_WIDTH;
+use crate::render::counters::Counters;
 use crate::render::raster::plan::{ForAny, ForCommon, Plan, PlanFor};
 use crate::render::raster::test::{Parts, RowsRaster};
 use crate::render::shader::{PartBlock, ShadeBlocks, ShortRuns};
@@ -92,8 +93,14 @@ fn draw_group<P: PlanFor, S: Simd>(
     }
     let columns = &columns;
     let mut raster = RowsRaster { simd, plan, surface, runs, band, shader, values, columns, parts };
+    if P::of(plan).has_extras && raster.band.extras.counters.is_some_and(Counters::is_done) {
+        return;
+    }
     raster.draw_rows::<P>();
     raster.finish_parts::<P>();
+    if P::of(plan).has_extras {
+        raster.count();
+    }
 }
 
 impl<S: Simd> RowsRaster<'_, '_, S> {

@@ -9,10 +9,12 @@ use fearless_simd::{
 use crate::coverage::run::RunGroup;
 use crate::fragment::block::{Block, BlockRows, HALF_BLOCK, LANES, Lanes};
 use crate::render::band::Band;
+use crate::render::counters::PixelCounts;
 use crate::render::raster::plan::{Plan, PlanFor};
 use crate::render::shader::{
     BandDepths, PARTS, PartBlock, PartBlocks, Patch, ShadeBlocks, ShortRuns, WholeBlocks, halves_at,
 };
+use crate::render::stencil::put_back;
 use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
 /// Parts of blocks that are not yet shaded. With the [common](Plan::COMMON) plan they are not yet
@@ -22,12 +24,22 @@ use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 pub(crate) struct Parts {
     parts: [PartBlock; PARTS],
     depths: [Lanes; PARTS],
+    /// The bytes of the stencil from before, if there is one.
+    stencils: [[u8; LANES]; PARTS],
     count: usize,
+    /// The pixels since they were [counted](RowsRaster::count) last.
+    pixels: PixelCounts,
 }
 
 impl Default for Parts {
     fn default() -> Self {
-        Self { parts: [PartBlock::default(); PARTS], depths: [[0.0; LANES]; PARTS], count: 0 }
+        Self {
+            parts: [PartBlock::default(); PARTS],
+            depths: [[0.0; LANES]; PARTS],
+            stencils: [[0; LANES]; PARTS],
+            count: 0,
+            pixels: PixelCounts::default(),
+        }
     }
 }
 
@@ -133,7 +145,12 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         let lower = f32x8::simd_from(self.simd, self.band.half(part.at[0]));
         let upper = f32x8::simd_from(self.simd, self.band.half(part.at[1]));
         let stored = lower.combine(upper);
-        let visible = P::of(self.plan).comparison.passes(depth, stored) & part.visible;
+        let passes = P::of(self.plan).comparison.passes(depth, stored);
+        let mut visible = passes & part.visible;
+        let mut stencils = [0; LANES];
+        if P::of(self.plan).has_extras {
+            visible = self.test_extras(&part, passes, &mut stencils);
+        }
         if visible == 0 {
             return;
         }
@@ -143,9 +160,49 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         let number = self.parts.count % PARTS;
         self.parts.parts[number] = PartBlock { visible, ..part };
         self.parts.count = number + 1;
+        if P::of(self.plan).has_extras {
+            self.parts.stencils[number] = stencils;
+        }
         if P::of(self.plan).writes {
             self.parts.depths[number] = stored.into();
             store_part(visible, depth, stored, self.band, part.at);
+        }
+    }
+
+    /// Tests a part by the stencil as well, and counts its pixels. `passes` are the lanes that pass by depth.
+    #[inline(never)]
+    fn test_extras(&mut self, part: &PartBlock, passes: u32, before: &mut [u8; LANES]) -> u32 {
+        let mut visible = passes & part.visible;
+        if let Some((stencil, bytes)) = &mut self.band.extras.stencil {
+            let face = stencil.face(self.surface.base.is_front);
+            visible = stencil.update(face, bytes, (part.at, part.visible, passes), before);
+        }
+        self.parts.pixels.tested += u64::from(part.visible.count_ones());
+        self.parts.pixels.drawn += u64::from(visible.count_ones());
+        visible
+    }
+
+    /// Hands the pixels over that were counted.
+    pub(crate) fn count(&mut self) {
+        let pixels = std::mem::take(&mut self.parts.pixels);
+        if let Some(counters) = self.band.extras.counters {
+            counters.add(self.surface.base.face, pixels);
+        }
+    }
+
+    /// Counts parts that were shaded, and takes the stencil of those lanes back that were discarded.
+    #[cold]
+    fn finish_extras(&mut self, count: usize, visible: &[u32; PARTS]) {
+        let Parts { parts, stencils, pixels, .. } = &mut *self.parts;
+        for ((part, visible), before) in parts[..count].iter().zip(visible).zip(stencils) {
+            let discarded = visible & !part.visible;
+            pixels.shaded += u64::from(visible.count_ones());
+            pixels.drawn -= u64::from(discarded.count_ones());
+            if let Some((_, bytes)) = &mut self.band.extras.stencil
+                && discarded != 0
+            {
+                put_back(bytes, part.at, discarded, before);
+            }
         }
     }
 
@@ -167,6 +224,9 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         let band = BandDepths { depths: depth, pixels_before: *pixels_before };
         let parts = PartBlocks::Visible(&mut self.parts.parts);
         self.shader.draw_parts(&patch, parts, (1 << count) - 1, band);
+        if P::of(self.plan).has_extras {
+            self.finish_extras(count, &visible);
+        }
         if P::of(self.plan).writes {
             let Parts { parts, depths, .. } = &*self.parts;
             for ((part, visible), depth) in parts[..count].iter().zip(visible).zip(depths) {

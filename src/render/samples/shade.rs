@@ -62,7 +62,7 @@ pub(crate) trait SampleShader<C, const N: usize> {
 impl<const N: usize, C, F> SampleShader<C, N> for PerBlock<F>
 where
     C: Copy,
-    F: BlockFunction<C, N>,
+    F: BlockFunction<[C; LANES], N>,
 {
     const IS_BY_PIXEL: bool = true;
     const REPLACES: bool = true;

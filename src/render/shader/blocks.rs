@@ -1,6 +1,8 @@
 //! What there is to shade: the rows of a polygon, whole blocks in them and parts of others, and the trait by
 //! which they are shaded, whatever the shader.
 
+use std::ops::Range;
+
 use crate::coverage::run::{ROWS, RunGroup};
 use crate::fragment::block::{HALF_BLOCK, LANES};
 use crate::render::depth::Comparison;
@@ -188,12 +190,16 @@ pub(crate) trait ShadeBlocks {
     ) -> u32;
 
     /// Brings the colours of pixels into the cache.
-    fn prefetch(&self, pixels: std::ops::Range<usize>);
+    fn prefetch(&self, pixels: Range<usize>);
 
     /// Whether there is nothing to shade: depth alone is drawn.
     fn is_depth_only(&self) -> bool {
         false
     }
+
+    /// Covers the pixels of some runs, as far as they are in some columns of the viewport, if it is tiles that
+    /// it covers.
+    fn cover(&mut self, _: &SurfaceView<'_>, _: &RunGroup, _: &Range<i32>) {}
 
     /// Draws blocks of pixels that have several samples each, if that is what it shades.
     fn draw_samples(&mut self, _: &Patch<'_>, _: SampleBlocks<'_>, _: BandDepths<'_>) {}

@@ -60,27 +60,27 @@ impl<R, F: FnMut(&Fragment<'_, N>) -> R, const N: usize> FragmentFunction<R, N> 
     }
 }
 
-/// A function from a block of fragments.
-pub(crate) trait BlockFunction<C, const N: usize> {
-    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]);
+/// A function from a block of fragments to their colours: `[C; LANES]`, or what there is in several buffers.
+pub(crate) trait BlockFunction<B, const N: usize> {
+    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut B);
 }
 
-impl<C, F, const N: usize> BlockFunction<C, N> for Shared<'_, F>
+impl<B, F, const N: usize> BlockFunction<B, N> for Shared<'_, F>
 where
-    F: Fn(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
+    F: Fn(&mut FragmentBlock<'_, N>, &mut B),
 {
     #[inline(always)]
-    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) {
+    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut B) {
         (*self.0)(block, colors);
     }
 }
 
-impl<C, F, const N: usize> BlockFunction<C, N> for Alone<F>
+impl<B, F, const N: usize> BlockFunction<B, N> for Alone<F>
 where
-    F: FnMut(&mut FragmentBlock<'_, N>, &mut [C; LANES]),
+    F: FnMut(&mut FragmentBlock<'_, N>, &mut B),
 {
     #[inline(always)]
-    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) {
+    fn call(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut B) {
         (self.0)(block, colors);
     }
 }
@@ -172,7 +172,7 @@ pub(crate) struct PerBlock<F>(pub(crate) F);
 impl<const N: usize, C, F> Shader<C, N> for PerBlock<F>
 where
     C: Copy,
-    F: BlockFunction<C, N>,
+    F: BlockFunction<[C; LANES], N>,
 {
     #[inline(always)]
     fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
