@@ -23,6 +23,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use crate::model::Model;
+use crate::model::also::Also;
 
 mod found;
 #[cfg(feature = "stl")]
@@ -123,10 +124,12 @@ pub enum LoadError {
         cause: String,
     },
     /// The file has no faces, or no corner of one is finite.
-    #[error("{} has no faces: is it a model of polygons?", path.display())]
+    #[error("{} has no faces: is it a model of polygons?{}", path.display(), Also(warnings))]
     NoFaces {
         /// The file.
         path: PathBuf,
+        /// What else is wrong with it, or not used: sentences that name file and cause.
+        warnings: Vec<String>,
     },
     /// Neither the content nor the name tells a format.
     #[error("{} is in no format that is known: convert it to glTF, OBJ, PLY or STL", path.display())]
@@ -285,13 +288,14 @@ impl Loader {
         bytes: Vec<u8>,
         path: PathBuf,
     ) -> Result<Loaded, LoadError> {
-        let found = match format {
+        let crease_angle = self.crease_angle;
+        let read = match format {
             #[cfg(feature = "stl")]
-            Format::Stl => stl::read(bytes),
+            Format::Stl => stl::read(bytes, crease_angle),
             #[cfg(feature = "ply")]
-            Format::Ply => ply::read(&bytes, &path),
+            Format::Ply => ply::read(&bytes, &path).map(|found| found.into_model(crease_angle)),
             #[cfg(feature = "gltf")]
-            Format::Gltf => gltf::read(&bytes, &path),
+            Format::Gltf => gltf::read(&bytes, &path).map(|found| found.into_model(crease_angle)),
             #[allow(
                 unreachable_patterns,
                 reason = "which formats are left depends on the features"
@@ -302,13 +306,15 @@ impl Loader {
             }
         };
         #[allow(unreachable_code, reason = "without features there is no other format")]
-        let found: found::Found = match found {
-            Ok(found) => found,
+        let (model, warnings): (Option<Model>, Vec<String>) = match read {
+            Ok(read) => read,
             Err(cause) => return Err(LoadError::Wrong { path, cause }),
         };
-        let warnings =
-            found.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
-        let model = found.into_model(self.crease_angle).ok_or(LoadError::NoFaces { path })?;
-        Ok(Loaded { model, format, warnings })
+        let name = |warning: String| format!("{}: {warning}", path.display());
+        let warnings = warnings.into_iter().map(name).collect();
+        match model {
+            Some(model) => Ok(Loaded { model, format, warnings }),
+            None => Err(LoadError::NoFaces { path, warnings }),
+        }
     }
 }

@@ -4,9 +4,11 @@
 //! flows out is a [`Model`] whose vertices are transformed once each. Nothing here depends on the
 //! format of the files: every loader, such as that of [`obj`](crate::obj), ends here.
 //!
-//! - `model::corners` collects face corners, and lets equal ones share a `model::vertex`;
+//! - `model::corners` collects face corners, and `model::fans` sorts them by points;
 //! - `model::normals` finds the normals that the files do not give (`model::angle`);
-//! - `model::faces` keeps polygons by their `model::material`s.
+//! - `model::join` lets equal corners share a `model::vertex`;
+//! - `model::faces` keeps polygons by their `model::material`s;
+//! - `model::also` shows what a loader warned of where there is no model.
 
 use glam::{DVec3, Mat4, Vec3, Vec4};
 
@@ -15,12 +17,15 @@ use crate::fragment::Footprint;
 use crate::texture::{MipFilter, Texture, TextureError};
 use crate::vertex::Vertex;
 
+pub(crate) mod also;
 mod angle;
 mod vertex;
 mod material;
 mod faces;
 pub(crate) mod corners;
+mod fans;
 mod normals;
+mod join;
 
 #[cfg(feature = "gltf")]
 pub(crate) use self::angle::direction;
@@ -57,14 +62,13 @@ impl Model {
     /// The model of all that a loader found. Normals that the corners lack are computed, smooth where
     /// faces meet at less than the crease angle, in radians from 0 to pi.
     pub(crate) fn from_corners(
-        mut corners: Corners,
+        corners: Corners,
         crease_angle: f32,
         materials: Vec<Material>,
         textures: Vec<Texture>,
     ) -> Self {
-        normals::complete(&mut corners, crease_angle);
         let origin = corners.origin;
-        let (vertices, faces) = corners.into_shared();
+        let (vertices, faces) = join::join(corners, crease_angle);
         Self { vertices, materials, textures, origin, faces }
     }
 

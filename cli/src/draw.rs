@@ -4,16 +4,19 @@
 //! have neither textures nor colours of vertices carry normals alone (`looks`), which is faster.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use polyscan::color::Color as _;
-use polyscan::glam::{Mat3, Vec2, Vec3, Vec4};
-use polyscan::model::{Face, Model, ModelVertex};
+use polyscan::glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use polyscan::model::{Material, Model, ModelVertex};
+use polyscan::render::{Cap, Join};
 use polyscan::{
-    BspTree, Fragment, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, SizeError, Texture,
-    Vertex, Viewport, ZBufferRenderer, record,
+    BspTree, DepthBias, Fragment, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, SizeError,
+    Target, TargetError, Texture, Vertex, Viewport, ZBufferRenderer, record,
 };
 use rayon::prelude::*;
 
+use crate::edges::Edges;
 use crate::looks::{FullLook, Look, PlainLook};
 use crate::view::View;
 
@@ -35,9 +38,14 @@ pub(crate) const PLAIN: usize = 3;
 /// A model as it is drawn, from wherever.
 pub(crate) struct Scene<'a> {
     pub(crate) model: &'a Model,
-    pub(crate) faces: Vec<Face<'a>>,
+    /// For each face its material; nothing if all have the first.
+    material_of: Vec<u32>,
+    /// The material of the first face.
+    first_material: usize,
     /// Whether vertices need no more than normals.
     is_plain: bool,
+    /// Found when lines are drawn at first.
+    edges: OnceLock<Edges>,
 }
 
 /// How faces are brought into their order.
@@ -59,11 +67,14 @@ pub(crate) struct Lines {
     pub(crate) edges: bool,
 }
 
-impl Lines {
-    fn any(self) -> bool {
-        self.wireframe || self.edges
-    }
+/// Lines of one kind, and their width in pixels.
+struct Drawn<'a> {
+    lines: &'a [[u32; 2]],
+    width: f32,
 }
+
+/// The colour of lines.
+const INK: Vec4 = Vec4::new(0.02, 0.03, 0.06, 1.0);
 
 /// How a picture is drawn.
 #[derive(Clone, Copy)]
@@ -95,7 +106,27 @@ impl<'a> Scene<'a> {
     pub(crate) fn new(model: &'a Model) -> Self {
         let is_plain = model.textures.is_empty()
             && model.vertices.iter().all(|vertex| vertex.color == Vec4::ONE);
-        Self { model, faces: model.faces().collect(), is_plain }
+        let materials = || model.faces().map(|face| face.material);
+        let first_material = materials().next().unwrap_or(0);
+        let material_of = match materials().all(|material| material == first_material) {
+            true => Vec::new(),
+            false => materials().map(|material| material as u32).collect(),
+        };
+        Self { model, material_of, first_material, is_plain, edges: OnceLock::new() }
+    }
+
+    /// The number of a face's material.
+    #[inline(always)]
+    pub(crate) fn material_number(&self, face: u32) -> usize {
+        self.material_of
+            .get(face as usize)
+            .map_or(self.first_material, |&material| material as usize)
+    }
+
+    /// A face's material.
+    #[inline(always)]
+    pub(crate) fn material(&self, face: u32) -> &'a Material {
+        &self.model.materials[self.material_number(face)]
     }
 
     /// The method that draws everything right, the fastest.
@@ -105,7 +136,7 @@ impl<'a> Scene<'a> {
     }
 
     fn is_transparent(&self, face: u32) -> bool {
-        self.model.materials[self.faces[face as usize].material].is_transparent()
+        self.material(face).is_transparent()
     }
 }
 
@@ -116,6 +147,12 @@ pub(crate) struct Renderers {
     full: Kept<FULL>,
     /// The colours and depths of a strip, if one was drawn.
     strip: Option<Framebuffer<Vec4>>,
+    /// The pixels of a strip, where they are means of samples.
+    means: Vec<Vec4>,
+    /// The depths of a strip that lines are compared with.
+    depths: Vec<f32>,
+    /// The edges that are lines in a view.
+    seen: Vec<[u32; 2]>,
 }
 
 #[derive(Default)]
@@ -127,9 +164,42 @@ struct Kept<const N: usize> {
 }
 
 /// The vertices of a shot, by what they carry.
-enum Vertices {
+pub(crate) enum Vertices {
     Plain(Vec<Vertex<PLAIN>>),
     Full(Vec<Vertex<FULL>>),
+}
+
+impl Default for Vertices {
+    fn default() -> Self {
+        Self::Plain(Vec::new())
+    }
+}
+
+impl Vertices {
+    /// Those of a scene in clip space, in memory that may have been in use before.
+    fn of(scene: &Scene<'_>, matrix: Mat4, memory: Self) -> Self {
+        let all = &scene.model.vertices;
+        match (scene.is_plain, memory) {
+            (true, Self::Plain(vertices)) => {
+                Self::Plain(filled(vertices, all, matrix, |v| v.normal))
+            }
+            (true, Self::Full(_)) => Self::Plain(filled(Vec::new(), all, matrix, |v| v.normal)),
+            (false, Self::Full(vertices)) => Self::Full(filled(vertices, all, matrix, surface)),
+            (false, Self::Plain(_)) => Self::Full(filled(Vec::new(), all, matrix, surface)),
+        }
+    }
+}
+
+/// As [`Model::vertices_with`], on all processors and in given memory.
+fn filled<P: Into<[f32; N]>, const N: usize>(
+    mut memory: Vec<Vertex<N>>,
+    vertices: &[ModelVertex],
+    matrix: Mat4,
+    params: impl Fn(&ModelVertex) -> P + Sync,
+) -> Vec<Vertex<N>> {
+    let vertex = |v: &ModelVertex| Vertex::new(matrix * v.position.extend(1.0), params(v));
+    vertices.par_iter().with_min_len(2048).map(vertex).collect_into_vec(&mut memory);
+    memory
 }
 
 /// One view of a scene.
@@ -147,15 +217,20 @@ const STRIP: u32 = 1 << 20;
 const MOST_STRIPS: u32 = 64;
 
 impl<'a> Shot<'a> {
-    /// A shot with these textures for the model's own.
-    pub(crate) fn new(scene: &'a Scene<'a>, textures: &'a [Texture], view: View) -> Self {
-        let (model, matrix) = (scene.model, view.clip_from_object);
-        let vertices = if scene.is_plain {
-            Vertices::Plain(model.vertices_with(matrix, |v| v.normal))
-        } else {
-            Vertices::Full(model.vertices_with(matrix, surface))
-        };
+    /// A shot with these textures for the model's own, in the memory of an earlier one's vertices.
+    pub(crate) fn new(
+        scene: &'a Scene<'a>,
+        textures: &'a [Texture],
+        view: View,
+        memory: Vertices,
+    ) -> Self {
+        let vertices = Vertices::of(scene, view.clip_from_object, memory);
         Self { scene, textures, view, vertices }
+    }
+
+    /// The memory of its vertices, for the next shot.
+    pub(crate) fn into_memory(self) -> Vertices {
+        self.vertices
     }
 
     /// Draws some rows from top to bottom and hands over their pixels, several rows at a time, each pixel the
@@ -170,31 +245,30 @@ impl<'a> Shot<'a> {
         let wide = width * samples;
         let count = all.len() as u32;
         let rows = (STRIP / (wide * samples)).max(count.div_ceil(MOST_STRIPS)).max(1);
-        // Whole bands of the renderers' 32 rows; and lines are found in the whole picture.
-        let rows = rows.next_multiple_of(if samples % 2 == 0 { 16 } else { 32 });
-        let rows = if lines.any() { height } else { rows.min(count) };
+        // Whole bands of the renderers' 32 rows.
+        let rows = rows.next_multiple_of(if samples % 2 == 0 { 16 } else { 32 }).min(count);
         let viewport = Viewport::new(wide, height * samples).map_err(size_error)?;
-        let mut frame = match renderers.strip.take() {
-            Some(frame) if (frame.width(), frame.height()) == (wide, rows * samples) => frame,
-            _ => Framebuffer::new(wide, rows * samples, background).map_err(size_error)?,
+        let (mut frame, mut is_clear) = match renderers.strip.take() {
+            Some(frame) if (frame.width(), frame.height()) == (wide, rows * samples) => {
+                (frame, false)
+            }
+            _ => (framebuffer((wide, rows * samples), background)?, true),
         };
-        let mut means = Vec::new();
         for top in all.clone().step_by(rows as usize) {
-            frame.clear(background, 1.0);
+            if !is_clear {
+                clear(&mut frame, background);
+            }
+            is_clear = false;
             let tile = viewport.with_corner(0, -((top * samples) as i32));
             self.draw(renderers, method, tile, &mut frame);
-            if lines.any() {
-                let size = (wide, height * samples);
-                let seen = self.seen((size, 0..size.1)).map_err(size_error)?;
-                draw_lines(&mut frame, &seen, lines);
-            }
+            self.draw_lines(renderers, (tile, samples), &mut frame, lines)?;
             let rows = rows.min(all.end - top);
             let drawn = &frame.color()[..wide as usize * (rows * samples) as usize];
             if samples == 1 {
                 sink(drawn)?;
             } else {
-                average(drawn, (width as usize, samples as usize), &mut means);
-                sink(&means)?;
+                average(drawn, (width as usize, samples as usize), &mut renderers.means);
+                sink(&renderers.means)?;
             }
         }
         renderers.strip = Some(frame);
@@ -234,7 +308,7 @@ impl<'a> Shot<'a> {
         params: impl FnMut(&ModelVertex) -> P,
     ) {
         let scene = self.scene;
-        let mesh = Mesh::new(vertices, &scene.faces);
+        let mesh = Mesh::new(vertices, scene.model.faces());
         match method {
             Method::ZBuffer => {
                 let renderer = kept.z_buffer.get_or_insert_with(|| ZBufferRenderer::new(viewport));
@@ -256,12 +330,89 @@ impl<'a> Shot<'a> {
                 renderer.settings.viewport = viewport;
                 let tree = kept.tree.get_or_insert_with(|| {
                     let still = scene.model.vertices_with(Default::default(), params);
-                    BspTree::new(&still, &scene.faces)
+                    BspTree::new(&still, scene.model.faces())
                 });
                 let seen = tree.seen_by(self.view.clip_from_object);
                 renderer.draw_blocks(frame, seen, |block, colors| look.shade(block, colors));
             }
         }
+    }
+
+    /// Draws those lines over the colours of a framebuffer that faces do not hide.
+    fn draw_lines(
+        &self,
+        renderers: &mut Renderers,
+        (viewport, samples): (Viewport, u32),
+        frame: &mut Framebuffer<Vec4>,
+        lines: Lines,
+    ) -> Result<(), String> {
+        if !lines.wireframe && !lines.edges {
+            return Ok(());
+        }
+        let (scene, lamp) = (self.scene, Vec3::ZERO);
+        let edges = scene.edges.get_or_init(|| Edges::of(scene.model));
+        let mut seen = std::mem::take(&mut renderers.seen);
+        seen.clear();
+        if lines.edges {
+            edges.seen_by(self.view.clip_from_object, &mut seen);
+        }
+        let all = if lines.wireframe { &edges.all[..] } else { &[] };
+        let (samples, depths) = (samples as f32, &mut renderers.depths);
+        depths.clear();
+        depths.resize(frame.color().len(), 1.0);
+        let kinds =
+            [Drawn { lines: all, width: samples }, Drawn { lines: &seen, width: 1.75 * samples }];
+        let memory = (frame, &mut depths[..]);
+        let drawn = match &self.vertices {
+            Vertices::Plain(vertices) => {
+                let look = PlainLook::new(scene, lamp);
+                self.lines_with(&mut renderers.plain, viewport, (vertices, &look), kinds, memory)
+            }
+            Vertices::Full(vertices) => {
+                let look = FullLook { scene, textures: self.textures, lamp };
+                self.lines_with(&mut renderers.full, viewport, (vertices, &look), kinds, memory)
+            }
+        };
+        renderers.seen = seen;
+        drawn.map_err(|error| error.to_string())
+    }
+
+    fn lines_with<const N: usize>(
+        &self,
+        kept: &mut Kept<N>,
+        viewport: Viewport,
+        (vertices, look): (&[Vertex<N>], &impl Look<N>),
+        kinds: [Drawn<'_>; 2],
+        (frame, depths): (&mut Framebuffer<Vec4>, &mut [f32]),
+    ) -> Result<(), TargetError> {
+        let mesh = Mesh::new(vertices, self.scene.model.faces());
+        let renderer = kept.z_buffer.get_or_insert_with(|| ZBufferRenderer::new(viewport));
+        renderer.settings.viewport = viewport;
+        // What a line is on lies back by as much as it is nearer to the eye half a line beside it, or half a
+        // sample.
+        let drawn = kinds.iter().filter(|kind| !kind.lines.is_empty());
+        let widest = drawn.map(|kind| kind.width).fold(0.0, f32::max);
+        renderer.settings.depth_bias = DepthBias { constant: 1e-6, slope: 0.75 * widest + 0.75 };
+        if self.scene.model.has_transparency() {
+            // Holes hide nothing.
+            let mut colors = vec![(); depths.len()];
+            let mut target = Target::new(frame.width(), &mut colors, depths)?;
+            renderer.draw(&mut target, mesh, |f: &Fragment<'_, N>| look.normal(f).map(|_| ()));
+        } else {
+            renderer.draw_depth(&mut Target::new(frame.width(), frame.color_mut(), depths)?, mesh);
+        }
+        let target = &mut Target::new(frame.width(), frame.color_mut(), depths)?;
+        renderer.settings.depth_bias = DepthBias::default();
+        for Drawn { lines, width } in kinds {
+            let lines = polyscan::Lines::new(vertices, lines);
+            let lines = if width > 1.0 {
+                lines.with_width(width).with_join(Join::Bevel).with_cap(Cap::Round)
+            } else {
+                lines
+            };
+            renderer.draw(target, lines, |_: &Fragment<'_, N>| INK);
+        }
+        Ok(())
     }
 
     /// Draws from top to bottom and hands over each row of samples, of pictures that are too large for strips.
@@ -293,7 +444,7 @@ impl<'a> Shot<'a> {
         row: impl FnMut(u32, &[Vec4]) -> Result<(), String>,
     ) -> Result<(), String> {
         let is_transparent = |face| self.scene.is_transparent(face);
-        let mesh = Mesh::new(vertices, &self.scene.faces).with_transparent(&is_transparent);
+        let mesh = Mesh::new(vertices, self.scene.model.faces()).with_transparent(&is_transparent);
         ScanlineRenderer::new(viewport).stream_blocks(
             mesh,
             background,
@@ -328,7 +479,7 @@ impl<'a> Shot<'a> {
     ) -> Result<Framebuffer<Seen>, SizeError> {
         let mut frame = Framebuffer::new(width, rows.len() as u32, Seen::NOTHING)?;
         let viewport = Viewport::new(width, height)?.with_corner(0, -(rows.start as i32));
-        let mesh = Mesh::new(vertices, &self.scene.faces);
+        let mesh = Mesh::new(vertices, self.scene.model.faces());
         let turn: Mat3 = self.view.axes.transpose();
         ZBufferRenderer::new(viewport).draw(&mut frame, mesh, |f: &Fragment<'_, N>| {
             let normal = (turn * look.normal(f)?).normalize_or_zero();
@@ -336,6 +487,27 @@ impl<'a> Shot<'a> {
         });
         Ok(frame)
     }
+}
+
+/// So many pixels are one thread's at a time.
+const PART: usize = 1 << 15;
+
+/// A framebuffer whose memory all processors touch first, which takes a while.
+fn framebuffer((width, height): (u32, u32), background: Vec4) -> Result<Framebuffer<Vec4>, String> {
+    fn filled<T: Copy + Send>(value: T, len: usize) -> Vec<T> {
+        let mut list = Vec::new();
+        rayon::iter::repeat_n(value, len).with_min_len(PART).collect_into_vec(&mut list);
+        list
+    }
+    let len = width as usize * height as usize;
+    let (colors, depths) = (filled(background, len), filled(1.0, len));
+    Framebuffer::from_parts(width, colors, depths).map_err(|error| error.to_string())
+}
+
+/// Fills a framebuffer on all processors.
+fn clear(frame: &mut Framebuffer<Vec4>, background: Vec4) {
+    frame.color_mut().par_chunks_mut(PART).for_each(|colors| colors.fill(background));
+    frame.depth_mut().par_chunks_mut(PART).for_each(|depths| depths.fill(1.0));
 }
 
 fn surface(vertex: &ModelVertex) -> Surface {
@@ -366,40 +538,29 @@ fn average(samples: &[Vec4], (width, n): (usize, usize), means: &mut Vec<Vec4>) 
 
 /// The bytes of pixels, four each: sRGB, and alpha.
 pub(crate) fn encode(pixels: &[Vec4], bytes: &mut Vec<u8>) {
-    /// So many pixels are one thread's at a time.
-    const PART: usize = 4096;
     let start = bytes.len();
     bytes.resize(start + 4 * pixels.len(), 0);
-    let parts = bytes[start..].par_chunks_mut(4 * PART).zip(pixels.par_chunks(PART));
-    parts.for_each(|(bytes, pixels)| {
-        for (bytes, color) in bytes.chunks_exact_mut(4).zip(pixels) {
-            bytes.copy_from_slice(&color.to_srgb8());
-        }
-    });
+    encode_to(pixels, bytes[start..].as_chunks_mut().0, |code| code);
 }
 
-/// Darkens the samples of a picture on both sides of lines.
-pub(crate) fn draw_lines(frame: &mut Framebuffer<Vec4>, seen: &Framebuffer<Seen>, lines: Lines) {
-    let (width, seen) = (frame.width() as usize, seen.color());
-    let is_line = |a: &Seen, b: &Seen| {
-        let nearer = a.distance.min(b.distance);
-        let ends = a.face == 0 || b.face == 0 || (a.distance - b.distance).abs() > 0.02 * nearer;
-        // The cosine of 30 degrees, whichever way the faces are turned.
-        let bends = a.normal.dot(b.normal).abs() < 0.866;
-        a.face != b.face && (lines.wireframe || lines.edges && (ends || bends))
-    };
-    let mut darken = |place: usize| {
-        let color = &mut frame.color_mut()[place];
-        *color = (color.truncate() * 0.1).extend(color.w.max(1.0));
-    };
-    for (place, here) in seen.iter().enumerate() {
-        let right = (place % width + 1 < width).then_some(place + 1);
-        let below = (place + width < seen.len()).then_some(place + width);
-        for other in [right, below].into_iter().flatten() {
-            if is_line(here, &seen[other]) {
-                darken(place);
-                darken(other);
+/// Fills a list with what is made of each pixel's bytes.
+pub(crate) fn encode_to<T: Copy + Send>(
+    pixels: &[Vec4],
+    codes: &mut [T],
+    of: impl Fn([u8; 4]) -> T + Sync,
+) {
+    /// So many pixels are one thread's at a time.
+    const PART: usize = 4096;
+    let parts = codes.par_chunks_mut(PART).zip(pixels.par_chunks(PART));
+    parts.for_each(|(codes, pixels)| {
+        // Many pixels are those before them once more: the background's.
+        let mut last = pixels[0];
+        let mut last_code = of(last.to_srgb8());
+        for (code, &pixel) in codes.iter_mut().zip(pixels) {
+            if pixel != last {
+                (last, last_code) = (pixel, of(pixel.to_srgb8()));
             }
+            *code = last_code;
         }
-    }
+    });
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
+use polyscan::camera::Sphere;
 use polyscan::color::Color as _;
 use polyscan::formats::{Format, Loaded};
 use polyscan::glam::{Vec3, Vec4};
@@ -15,10 +16,10 @@ use polyscan::texture::MipFilter;
 use polyscan::{Framebuffer, Viewport};
 use serde_json::json;
 
-use crate::draw::{Lines, Renderers, Scene, Seen, Shot, Style, encode, size_error};
+use crate::draw::{Lines, Renderers, Scene, Seen, Shot, Style, Vertices, encode, size_error};
 use crate::options::{Options, check_output};
 use crate::output::{Picture, Pixels, is_stdout, write};
-use crate::view::{View, turns};
+use crate::view::{View, sphere_of, turns};
 
 /// The endings of names that are models, in folders.
 const ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
@@ -66,7 +67,7 @@ impl Job {
             let model = models.remove(0);
             options.check_rows()?;
             if !is_stdout(&output) {
-                check_output(&output, options.turntable.is_some())?;
+                check_output(&output, options.turntable.is_some(), options.size)?;
             } else if options.json {
                 return Err("the picture and --json cannot both go to the standard output".into());
             }
@@ -75,8 +76,6 @@ impl Job {
         if is_stdout(&output) || models.iter().any(|model| is_stdout(model)) {
             return Err("several models cannot go to or come from one stream: name files".into());
         }
-        std::fs::create_dir_all(&output)
-            .map_err(|error| format!("cannot make the folder {}: {error}", output.display()))?;
         if models.is_empty() {
             return Err("there are no models in the folder (obj, stl, ply, gltf, glb)".into());
         }
@@ -100,6 +99,8 @@ impl Job {
             let mut item = 0..;
             jobs.retain(|_| item.next().is_some_and(|item| shard.has(item)));
         }
+        std::fs::create_dir_all(&output)
+            .map_err(|error| format!("cannot make the folder {}: {error}", output.display()))?;
         Ok(jobs)
     }
 
@@ -210,6 +211,7 @@ fn models_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
 struct Drawing<'a> {
     loaded: &'a Loaded,
     scene: Scene<'a>,
+    sphere: Sphere,
     options: &'a Options,
     /// The rows of the picture that are drawn.
     rows: Range<u32>,
@@ -226,12 +228,14 @@ impl<'a> Drawing<'a> {
         bar: &'a ProgressBar,
     ) -> Self {
         let scene = Scene::new(&loaded.model);
-        Self { loaded, scene, options, rows, bar, renderers: Renderers::default(), range: None }
+        let (sphere, renderers) = (sphere_of(&loaded.model), Renderers::default());
+        Self { loaded, scene, sphere, options, rows, bar, renderers, range: None }
     }
 
     fn shot(&self, turn: (f32, f32)) -> Shot<'_> {
         let Loaded { model, format, .. } = self.loaded;
-        Shot::new(&self.scene, &model.textures, View::of(model, *format, self.options, turn))
+        let view = View::of((model, self.sphere), *format, self.options, turn);
+        Shot::new(&self.scene, &model.textures, view, Vertices::default())
     }
 
     fn picture(&mut self) -> Result<Picture, String> {
@@ -370,12 +374,12 @@ impl<'a> Drawing<'a> {
         if is_stdout(output) {
             return Err("a picture of this size needs a file to be written to".into());
         }
-        let Options { samples, background, .. } = *self.options;
+        let Options { samples, background, wireframe, edges, .. } = *self.options;
         let (width, height) = self.options.size;
         let rows = self.rows.len() as u32;
         let mut file = PngFile::new(output, width, rows).map_err(|error| error.to_string())?;
         let mut write = |row: &[Vec4]| file.write_row(row).map_err(|error| error.to_string());
-        if rows < height {
+        if rows < height || wireframe || edges {
             self.pixels((0.0, 0.0), |pixels| {
                 pixels.chunks_exact(width as usize).try_for_each(&mut write)
             })?;

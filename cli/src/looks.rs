@@ -18,14 +18,17 @@ pub(crate) trait Look<const N: usize>: Sync {
 /// Lit alike from both sides, for many files have faces that are turned over.
 #[inline(always)]
 fn lit([x, y, z]: [&Lanes; 3], lamp: Vec3) -> Lanes {
-    std::array::from_fn(|lane| {
-        let normal = [x[lane], y[lane], z[lane]];
-        let dot = normal[0] * lamp.x + normal[1] * lamp.y + normal[2] * lamp.z;
-        let square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+    let mut light = [0.0; LANES];
+    // A loop becomes SIMD instructions, where a closure for each lane would become a function of its own.
+    for lane in 0..LANES {
+        let (x, y, z) = (x[lane], y[lane], z[lane]);
+        let dot = x * lamp.x + y * lamp.y + z * lamp.z;
+        let square = x * x + y * y + z * z;
         // Where there is no normal there is no light but that from everywhere.
         let cosine = if square > 0.0 { dot.abs() / square.sqrt() } else { 0.0 };
-        0.2 + 0.8 * cosine
-    })
+        light[lane] = 0.2 + 0.8 * cosine;
+    }
+    light
 }
 
 /// The look of models that have no textures, and no colours but their materials'.
@@ -55,22 +58,24 @@ impl<'a> PlainLook<'a> {
 impl Look<PLAIN> for PlainLook<'_> {
     #[inline(always)]
     fn shade(&self, block: &mut FragmentBlock<'_, PLAIN>, colors: &mut [Vec4; LANES]) {
-        let material = self.scene.faces[block.face as usize].material;
+        let material = self.scene.material_number(block.face);
         let (color, emission) = (self.colors[material], self.emissions[material]);
         let [x, y, z] = &block.params;
         let light = lit([x, y, z], self.lamp);
-        let shaded = |light: f32| color * Vec4::new(light, light, light, 1.0) + emission;
-        if color.w >= 1.0 {
-            *colors = light.map(shaded);
+        let behind = 1.0 - color.w;
+        if behind <= 0.0 {
+            for (pixel, light) in colors.iter_mut().zip(light) {
+                *pixel = color * Vec4::new(light, light, light, 1.0) + emission;
+            }
             return;
         }
         for (pixel, light) in colors.iter_mut().zip(light) {
-            *pixel = shaded(light) + *pixel * (1.0 - color.w);
+            *pixel = color * Vec4::new(light, light, light, 1.0) + emission + *pixel * behind;
         }
     }
 
     fn normal(&self, fragment: &Fragment<'_, PLAIN>) -> Option<Vec3> {
-        let material = self.scene.faces[fragment.face as usize].material;
+        let material = self.scene.material_number(fragment.face);
         (self.colors[material].w > 0.0).then(|| Vec3::from_array(fragment.params))
     }
 }
@@ -85,8 +90,7 @@ pub(crate) struct FullLook<'a> {
 impl Look<FULL> for FullLook<'_> {
     #[inline(always)]
     fn shade(&self, block: &mut FragmentBlock<'_, FULL>, colors: &mut [Vec4; LANES]) {
-        let (Scene { model, faces, .. }, textures) = (self.scene, self.textures);
-        let material = &model.materials[faces[block.face as usize].material];
+        let (material, textures) = (self.scene.material(block.face), self.textures);
         let has_pictures = material.texture.or(material.alpha_texture).is_some();
         let has_pictures = has_pictures || material.emission_texture.is_some();
         // The order of the surface's numbers.
@@ -105,8 +109,7 @@ impl Look<FULL> for FullLook<'_> {
 
     fn normal(&self, fragment: &Fragment<'_, FULL>) -> Option<Vec3> {
         let Surface { normal, color, .. } = fragment.params.into();
-        let material =
-            &self.scene.model.materials[self.scene.faces[fragment.face as usize].material];
+        let material = self.scene.material(fragment.face);
         let color = material.color_at(self.textures, &fragment.footprint(0, 1), color);
         (color.w > 0.0).then_some(normal)
     }

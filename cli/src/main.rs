@@ -1,7 +1,7 @@
 //! Pictures of 3D models: `polyscan model.glb -o picture.png`.
 //!
 //! What flows in are the options (`options`), which are checked before anything is read; then the models, each
-//! of which is loaded and drawn (`job`): seen by a camera (`view`), drawn (`draw`, by the shaders of `looks`) to a picture of colours or
+//! of which is loaded and drawn (`job`): seen by a camera (`view`), drawn (`draw`, by the shaders of `looks` and the lines of `edges`) to a picture of colours or
 //! of numbers, and written whole or not at all (`output`).
 //!
 //! With the feature `view` a model is shown in a window (`viewer`).
@@ -12,11 +12,13 @@ use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser as _};
+use clap_mangen::Man;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 mod options;
 mod view;
+mod edges;
 mod looks;
 mod draw;
 mod output;
@@ -93,8 +95,7 @@ fn print_about(options: &Options) -> Option<ExitCode> {
     if let Some(shell) = options.completions {
         clap_complete::generate(shell, &mut Options::command(), "polyscan", &mut text);
     } else if options.man {
-        let page = clap_mangen::Man::new(Options::command()).render(&mut text);
-        page.expect("a vector takes all that is written");
+        write_man_page(&mut text).expect("a vector takes all that is written");
     } else {
         return None;
     }
@@ -102,6 +103,30 @@ fn print_about(options: &Options) -> Option<ExitCode> {
         Ok(()) => ExitCode::SUCCESS,
         Err(_) => ExitCode::FAILURE,
     })
+}
+
+/// One page for the tool and its window.
+fn write_man_page(page: &mut Vec<u8>) -> std::io::Result<()> {
+    let mut command = Options::command();
+    command.build();
+    let window = command.find_subcommand("view").cloned();
+    let tool = Man::new(command);
+    tool.render_title(page)?;
+    tool.render_name_section(page)?;
+    tool.render_synopsis_section(page)?;
+    tool.render_description_section(page)?;
+    tool.render_options_section(page)?;
+    if let Some(window) = window.map(Man::new) {
+        let mut sections = Vec::new();
+        window.render_synopsis_section(&mut sections)?;
+        window.render_description_section(&mut sections)?;
+        window.render_options_section(&mut sections)?;
+        // Within a section of the page.
+        let sections = String::from_utf8_lossy(&sections).replace(".SH ", ".SS ");
+        write!(page, ".SH \"POLYSCAN VIEW\"\n{sections}")?;
+    }
+    tool.render_extra_section(page)?;
+    tool.render_version_section(page)
 }
 
 /// A bar on a terminal for what takes its time, and nothing elsewhere.

@@ -66,7 +66,7 @@ pub(crate) struct Options {
     /// Draw the edges of all faces
     #[arg(long, help_heading = "What to draw")]
     pub(crate) wireframe: bool,
-    /// Draw edges where the surface bends by more than 30 degrees or ends
+    /// Draw edges where the surface bends by more than 30 degrees, or ends, or turns away from the eye
     #[arg(long, help_heading = "What to draw")]
     pub(crate) edges: bool,
     /// Numbers of faces, from 1 on, as red + 256 green + 65536 blue; 0 is nothing
@@ -228,8 +228,6 @@ impl Options {
         let samples = u64::from(width) * u64::from(height) * u64::from(self.samples).pow(2);
         let needs_memory = self.views.is_some()
             || self.turntable.is_some()
-            || self.wireframe
-            || self.edges
             || self.ids
             || self.depth
             || self.normals;
@@ -245,10 +243,10 @@ impl Options {
     /// What is wrong with drawing a part of one picture.
     pub(crate) fn check_rows(&self) -> Result<(), String> {
         let (height, rows) = (self.size.1, self.rows());
-        if self.shard.is_some() && (self.depth || self.wireframe || self.edges) {
-            return Err("the grey of --depth and lines depend on the whole picture: draw it \
-                        without --shard"
-                .into());
+        if self.shard.is_some() && self.depth {
+            return Err(
+                "the grey of --depth depends on the whole picture: draw it without --shard".into(),
+            );
         }
         if rows.is_empty() {
             return Err(format!("a picture of {height} rows has at most so many shards"));
@@ -272,10 +270,22 @@ impl Options {
 const MAX_SAMPLES: u64 = 1 << 26;
 
 /// Refuses what is no name of a file that can be written.
-pub(crate) fn check_output(path: &Path, is_animated: bool) -> Result<(), String> {
+pub(crate) fn check_output(
+    path: &Path,
+    is_animated: bool,
+    (width, height): (u32, u32),
+) -> Result<(), String> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     match ending.as_deref() {
         Some("png" | "apng") => {}
+        Some("gif") if is_animated && width.max(height) > u32::from(u16::MAX) => {
+            let path = path.display();
+            return Err(format!(
+                "cannot write {path}: GIF files have at most {} pixels a side; choose a smaller --size, or a \
+                 name that ends in .png",
+                u16::MAX
+            ));
+        }
         Some("gif") if is_animated => {}
         Some("gif") => {
             let path = path.display();

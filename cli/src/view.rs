@@ -16,8 +16,13 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// The view that the options ask for, after further turns in degrees.
-    pub(crate) fn of(model: &Model, format: Format, options: &Options, turn: (f32, f32)) -> Self {
+    /// The view of a model, and of the sphere around it, that the options ask for, after further turns in degrees.
+    pub(crate) fn of(
+        (model, sphere): (&Model, Sphere),
+        format: Format,
+        options: &Options,
+        turn: (f32, f32),
+    ) -> Self {
         let origin = DMat4::from_translation(model.origin);
         if let Some(matrix) = options.matrix {
             return Self::by_matrix(matrix * origin);
@@ -27,7 +32,7 @@ impl View {
         }
         let (width, height) = options.size;
         let aspect = width as f32 / height as f32;
-        Self::around(sphere_of(model), format, &options.eye, aspect, turn)
+        Self::around(sphere, format, &options.eye, aspect, turn)
     }
 
     /// The view of an eye that looks at a sphere, after further turns in degrees.

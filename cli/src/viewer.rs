@@ -10,10 +10,8 @@ use std::time::Instant;
 
 use polyscan::Texture;
 use polyscan::camera::Sphere;
-use polyscan::color::Color as _;
 use polyscan::formats::Loaded;
 use polyscan::glam::{DVec2, Vec4};
-use rayon::prelude::*;
 use softbuffer::{Context, Surface};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -22,7 +20,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, OwnedDisplayHan
 use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
-use crate::draw::{Renderers, Scene, Shot, Style};
+use crate::draw::{Renderers, Scene, Shot, Style, Vertices, encode_to};
 use crate::options::ViewOptions;
 use crate::output::{Picture, Pixels, write};
 use crate::view::{View, sphere_of};
@@ -69,6 +67,7 @@ struct Viewer<'m> {
     textures: Vec<Texture>,
     state: State,
     renderers: Renderers,
+    vertices: Vertices,
     context: Context<OwnedDisplayHandle>,
     shown: Option<Shown>,
     size: (u32, u32),
@@ -95,6 +94,7 @@ impl<'m> Viewer<'m> {
             textures: Vec::new(),
             state,
             renderers: Renderers::default(),
+            vertices: Vertices::default(),
             context,
             shown: None,
             size: options.size,
@@ -132,8 +132,11 @@ impl<'m> Viewer<'m> {
             background: options.background.0,
             lines: state.lines(),
         };
-        let shot = Shot::new(&self.scene, &self.textures, state.moved(view));
-        shot.pixels(&mut self.renderers, (self.size, 0..self.size.1), style, sink)
+        let memory = std::mem::take(&mut self.vertices);
+        let shot = Shot::new(&self.scene, &self.textures, state.moved(view), memory);
+        shot.pixels(&mut self.renderers, (self.size, 0..self.size.1), style, sink)?;
+        self.vertices = shot.into_memory();
+        Ok(())
     }
 
     /// Draws a picture and shows it.
@@ -149,10 +152,7 @@ impl<'m> Viewer<'m> {
         let mut done = 0;
         self.draw(|pixels| {
             let codes = &mut buffer[done..done + pixels.len()];
-            codes.par_iter_mut().zip(pixels).with_min_len(4096).for_each(|(code, pixel)| {
-                let [r, g, b, _] = pixel.to_srgb8();
-                *code = u32::from_be_bytes([0, r, g, b]);
-            });
+            encode_to(pixels, codes, |[r, g, b, _]| u32::from_be_bytes([0, r, g, b]));
             done += pixels.len();
             Ok(())
         })?;

@@ -155,18 +155,125 @@ fn sheets_and_turntables_are_made() {
     assert_eq!(folder.picture("b.png").frames, 5);
 }
 
+/// The front of the cube, head-on: it has lines where it ends, and none across it.
 #[test]
 fn lines_are_dark() {
     let folder = Folder::new();
-    let front = ["cube.obj", "-s", "33", "--yaw", "0", "--pitch", "0", "-o", "a.png"];
+    let front = ["cube.obj", "-s", "65", "--yaw", "0", "--pitch", "0", "-o", "a.png"];
+    folder.draw(&[&front[..], &["--ids"]].concat());
+    let ids = folder.picture("a.png");
+    let is_front = |x: &u32| ids.at(*x, 32)[0] == 2;
+    let ends = [(0..65).find(is_front), (0..65).rev().find(is_front)].map(|x| x.expect("a face"));
     folder.draw(&front);
     let plain = folder.picture("a.png");
-    for option in ["--wireframe", "--edges"] {
-        folder.draw(&[&front[..], &[option]].concat());
+    for options in [&["--wireframe"][..], &["--edges"], &["--wireframe", "--edges"]] {
+        folder.draw(&[&front[..], options].concat());
         let lines = folder.picture("a.png");
-        assert_eq!(lines.at(16, 16), plain.at(16, 16));
-        let darker = (0..33).filter(|&x| lines.at(x, 16)[0] < plain.at(x, 16)[0]).count();
-        assert!((1..=6).contains(&darker), "{option}: {darker}");
+        for x in 0..65_u32 {
+            let distance = ends.map(|end| x.abs_diff(end)).into_iter().min().expect("two");
+            let (line, without) = (lines.at(x, 32), plain.at(x, 32));
+            match distance {
+                // Half of the line is on the face, or nearly.
+                0 => assert!(line[3] == 255 && line[0] < without[0] / 2 + 40, "{options:?} {x}"),
+                1 | 2 => {}
+                _ => assert_eq!(line, without, "{options:?} {x}"),
+            }
+        }
+    }
+}
+
+/// A drum of glass and a hole cut into a wall: what is behind glass is hidden as behind a wall, what is behind the
+/// hole is not.
+#[test]
+fn lines_are_seen_through_holes() {
+    let folder = Folder::new();
+    let wall = "v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.4 0.2 0\nv 0.6 0.2 0\nv 0.6 0.8 0\nv 0.4 0.8 0\n\
+                vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 5 6 7 8\nusemtl wall\nf 1/1 2/2 3/3 4/4\n";
+    folder.write("wall.obj", format!("mtllib m.mtl\n{wall}").as_bytes());
+    let args =
+        ["wall.obj", "-s", "65", "--yaw", "0", "--pitch", "0", "--edges", "-q", "-o", "a.png"];
+    let dark = |mtl: &str| {
+        folder.write("m.mtl", format!("newmtl wall\nKd 1 1 1\n{mtl}\n").as_bytes());
+        folder.draw(&args);
+        let picture = folder.picture("a.png");
+        // The row through the middle, without the wall's own edges.
+        (20..45).filter(|&x| picture.at(x, 32)[3] == 255 && picture.at(x, 32)[0] < 120).count()
+    };
+    let hole = image::RgbaImage::from_pixel(1, 1, image::Rgba([255, 255, 255, 0]));
+    hole.save(folder.path("hole.png")).expect("a picture");
+    assert_eq!((dark("d 1"), dark("d 0.5")), (0, 0));
+    assert!(dark("map_Kd hole.png") >= 2);
+}
+
+/// A ball of which every third face is turned over looks as one of which none is.
+#[test]
+fn faces_turned_over_are_lit_alike() {
+    let folder = Folder::new();
+    let (rows, columns) = (9, 14);
+    let mut points = String::new();
+    for row in 0..=rows {
+        for column in 0..columns {
+            let (polar, around) = (
+                std::f64::consts::PI * (0.04 + 0.92 * f64::from(row) / f64::from(rows)),
+                std::f64::consts::TAU * f64::from(column) / f64::from(columns),
+            );
+            let (x, z) = (polar.sin() * around.cos(), polar.sin() * around.sin());
+            points += &format!("v {x:.5} {:.5} {z:.5}\n", polar.cos());
+        }
+    }
+    let ball = |turned: i32| {
+        let mut text = points.clone();
+        for face in 0..rows * columns {
+            let (row, column) = (face / columns, face % columns);
+            let at = |row: i32, column: i32| 1 + row * columns + column % columns;
+            let corners = [
+                at(row, column),
+                at(row, column + 1),
+                at(row + 1, column + 1),
+                at(row + 1, column),
+            ];
+            let [a, b, c, d] = corners;
+            text += &match face % 3 {
+                0 if turned > 0 => format!("f {d} {c} {b} {a}\n"),
+                _ => format!("f {a} {b} {c} {d}\n"),
+            };
+        }
+        text
+    };
+    folder.write("right.obj", ball(0).as_bytes());
+    folder.write("turned.obj", ball(1).as_bytes());
+    folder.draw(&["right.obj", "turned.obj", "-s", "90", "-q", "-o", "out"]);
+    let [right, turned] = ["out/right.png", "out/turned.png"].map(|name| folder.picture(name));
+    let lit = right.bytes.chunks_exact(4).filter(|pixel| pixel[3] == 255 && pixel[0] > 40).count();
+    assert!(lit > 3000, "{lit}");
+    for (place, (a, b)) in right.bytes.iter().zip(&turned.bytes).enumerate() {
+        assert!(a.abs_diff(*b) <= 2, "{place}: {a} {b}");
+    }
+}
+
+/// Four squares: red, green, blue and yellow.
+#[test]
+fn textures_come_in_many_formats() {
+    let folder = Folder::new();
+    let colors = [[200, 0, 0], [0, 200, 0], [0, 0, 200], [200, 200, 0]];
+    let picture =
+        image::RgbImage::from_fn(32, 32, |x, y| image::Rgb(colors[(y / 16 * 2 + x / 16) as usize]));
+    folder.write(
+        "square.obj",
+        b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl a\n\
+          f 1/1 2/2 3/3 4/4\n",
+    );
+    for ending in ["png", "jpg", "tga", "bmp", "ppm", "tif", "webp"] {
+        picture.save(folder.path(&format!("t.{ending}"))).expect("a picture");
+        folder.write("m.mtl", format!("newmtl a\nmap_Kd t.{ending}\n").as_bytes());
+        folder.draw(&["square.obj", "-s", "64", "--yaw", "0", "--pitch", "0", "-q", "-o", "a.png"]);
+        let drawn = folder.picture("a.png");
+        for (color, (x, y)) in colors.iter().zip([(26, 26), (37, 26), (26, 37), (37, 37)]) {
+            let lit = drawn.at(x, y);
+            // Lit, and by JPEG not quite the same.
+            let is_seen = |i: usize| (color[i] > 0) == (lit[i] > 100);
+            assert!(lit[3] == 255 && (0..3).all(is_seen), "{ending}: {color:?} {lit:?}");
+        }
     }
 }
 
@@ -197,8 +304,10 @@ fn shards_join_to_the_whole_picture() {
         &["glass.obj", "-s", "60x41", "--samples", "2", "-b", "ffcc00"],
         &["cube.obj", "-s", "60x41", "--ids"],
         &["glass.obj", "-s", "60x41", "--normals", "--yaw", "70"],
+        &["glass.obj", "-s", "60x41", "--wireframe"],
         // Larger than what is drawn at once.
         &["glass.obj", "-s", "9000x940", "--samples", "3"],
+        &["cube.obj", "-s", "9000x940", "--samples", "3", "--edges"],
     ] {
         folder.draw(&[args, &["-q", "-o", "whole.png"]].concat());
         let whole = folder.picture("whole.png");
@@ -303,6 +412,8 @@ fn errors_are_sentences_and_leave_nothing() {
     folder.write("bad.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
     folder.write("empty.stl", b"");
     folder.write("what.bin", b"\0\x01\x02");
+    fs::create_dir(folder.path("nothing")).expect("a folder");
+    folder.write("lines.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n");
     let before = folder.names();
     for (args, code, says) in [
         (
@@ -312,9 +423,21 @@ fn errors_are_sentences_and_leave_nothing() {
         ),
         (&["no.obj", "-o", "a.png"], 1, "cannot read the model no.obj"),
         (&["empty.stl", "-o", "a.png"], 1, "empty.stl: it is neither STL text"),
+        (
+            &["lines.obj", "-o", "a.png"],
+            1,
+            "is it an OBJ file of polygons? Also: lines.obj:3: lines (l) are not used",
+        ),
         (&["what.bin", "-o", "a.png"], 1, "what.bin is in no format that is known"),
         (&["cube.obj", "-o", "a.webp"], 2, "cannot write a.webp: choose a name that ends in .png"),
         (&["cube.obj", "-o", "a.gif"], 2, "GIF files are for --turntable"),
+        (
+            &["cube.obj", "-o", "a.gif", "-s", "65536x1", "--samples", "1", "--turntable", "2"],
+            2,
+            "at most 65535 pixels a side",
+        ),
+        (&["nothing", "-o", "out"], 2, "there are no models in the folder"),
+        (&["cube.obj", "cube.obj", "cube.obj", "-o", "out"], 2, "two models would become one"),
         (&["cube.obj", "-o", "a.png", "--shard", "3/2"], 2, "write it as 1/8, up to 8/8"),
         (&["cube.obj", "-o", "a.png", "--shard", "0/2"], 2, "write it as 1/8, up to 8/8"),
         (&["cube.obj", "-o", "a.png", "-s", "4", "--shard", "1/9"], 2, "at most so many shards"),
@@ -369,7 +492,9 @@ fn file_managers_get_thumbnails() {
 fn it_says_what_it_can_do() {
     let folder = Folder::new();
     assert!(folder.draw(&["--help"]).contains("polyscan model.glb -o picture.png"));
-    assert!(folder.draw(&["--man"]).contains(".TH polyscan"));
+    let page = folder.draw(&["--man"]);
+    assert!(page.contains(".TH polyscan") && page.contains(".SH \"POLYSCAN VIEW\""), "{page}");
+    assert!(page.contains("\\-\\-frames") && !page.contains("polyscan\\-view(1)"), "{page}");
     assert!(folder.draw(&["--completions", "bash"]).contains("_polyscan()"));
     for shell in ["zsh", "fish", "powershell", "elvish"] {
         assert!(folder.draw(&["--completions", shell]).contains("turntable"), "{shell}");

@@ -65,13 +65,6 @@ impl Found {
         }
     }
 
-    /// Makes room for so many more triangles.
-    #[cfg(feature = "stl")]
-    pub(super) fn reserve(&mut self, triangles: usize) {
-        self.positions.reserve(3 * triangles);
-        self.faces.reserve(triangles);
-    }
-
     /// Adds a face. One of fewer than three corners is left out, and so is one with a corner that is not
     /// finite.
     pub(super) fn face(
@@ -86,7 +79,7 @@ impl Found {
             self.corner(&corner);
         }
         if self.positions.len() as u64 > MAX_CORNERS {
-            return Err(format!("it has more than {MAX_CORNERS} face corners: split the model"));
+            return Err(too_many_corners());
         }
         if self.positions.len() < start + 3 || !is_finite {
             self.positions.truncate(start);
@@ -126,20 +119,15 @@ impl Found {
 
     /// Adds to the warnings what became of the faces; to be called when all are there.
     pub(super) fn finish(mut self) -> Self {
-        if self.lost > 0 {
-            let lost = self.lost;
-            self.warnings.push(format!(
-                "{lost} faces have fewer than 3 corners, or a corner whose position is not finite; \
-                 they are skipped"
-            ));
-        }
+        self.warnings.extend(lost_faces(self.lost));
         self
     }
 
-    /// The model, unless there are no faces.
-    pub(super) fn into_model(self, crease_angle: f32) -> Option<Model> {
+    /// The model, unless there are no faces, and the warnings.
+    pub(super) fn into_model(mut self, crease_angle: f32) -> (Option<Model>, Vec<String>) {
+        let warnings = std::mem::take(&mut self.warnings);
         if self.faces.is_empty() {
-            return None;
+            return (None, warnings);
         }
         let origin = crate::model::corners::origin(self.positions.iter().copied());
         let mut corners = Corners::around(origin);
@@ -156,7 +144,8 @@ impl Found {
             }
             corners.end_material();
         }
-        Some(Model::from_corners(corners, crease_angle, self.materials, self.textures))
+        let model = Model::from_corners(corners, crease_angle, self.materials, self.textures);
+        (Some(model), warnings)
     }
 
     fn add_face(&self, places: std::ops::Range<usize>, corners: &mut Corners) {
@@ -171,6 +160,20 @@ impl Found {
         }
         corners.end_face(BY_ANGLE);
     }
+}
+
+/// What is said of faces that are left out.
+pub(super) fn lost_faces(count: u64) -> Option<String> {
+    (count > 0).then(|| {
+        format!(
+            "faces of fewer than 3 corners, or with a position that is not finite, are skipped ({count} in the \
+             file)"
+        )
+    })
+}
+
+pub(super) fn too_many_corners() -> String {
+    format!("it has more than {MAX_CORNERS} face corners: split the model")
 }
 
 /// Whether a file begins as STL text does, perhaps after comments.

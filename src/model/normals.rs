@@ -13,13 +13,13 @@
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
-use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
 use crate::model::angle::cosine;
 use crate::model::corners::{BY_ANGLE, Corners, FLAT};
 use crate::model::faces::range_before;
+use crate::model::fans::Fans;
 use crate::render::parallel::for_each;
 
 /// Up to this many corners around a point are compared pair by pair. Beyond that, their faces are
@@ -38,39 +38,125 @@ const MAX_GROUPS: usize = 8;
 /// by rounding only are thus within it: a cylinder of six sides is smooth at 60 degrees.
 const TOLERANCE: f64 = 1e-6;
 
-/// Normalises the normals that corners have, and computes those that are zero.
-pub(super) fn complete(corners: &mut Corners, crease_angle: f32) {
-    if corners.normal.iter().all(|&normal| normal != Vec3::ZERO) {
-        for normal in &mut corners.normal {
-            *normal = unit(*normal).unwrap_or(Vec3::Z);
-        }
-        return;
-    }
-    let least_cosine = cosine(f64::from(crease_angle)) - TOLERANCE;
-    let fans = Fans::new(corners);
-    let directions = directions(corners);
-    let shape = Shape { corners, fans: &fans, directions: &directions, least_cosine };
+/// So many faces are one thread's at a time.
+const PART: usize = 2048;
 
-    // In the order of the fans, each part of which is one thread's.
-    let mut normals = vec![Vec3::ZERO; fans.corners.len()];
-    let mut parts = Vec::new();
-    let mut rest = &mut normals[..];
-    for first in (0..fans.ends.len()).step_by(PART) {
-        let fans_of_part = first..fans.ends.len().min(first + PART);
-        let start = range_before(&fans.ends, first).start;
-        let len = range_before(&fans.ends, fans_of_part.end - 1).end - start;
-        let (part, after) = rest.split_at_mut(len);
-        rest = after;
-        parts.push((fans_of_part, part));
-    }
-    for_each(&mut parts, |_, (fans_of_part, normals)| shape.fill(fans_of_part.clone(), normals));
-    for (&corner, normal) in fans.corners.iter().zip(normals) {
-        corners.normal[corner as usize] = normal;
-    }
+/// What the normals at the corners of points are made from.
+pub(super) struct Normals<'a> {
+    corners: &'a Corners,
+    fans: &'a Fans,
+    /// For each corner, its face; nothing if all faces are triangles, or the file gives all normals.
+    face: Vec<u32>,
+    /// For each face, of length 1 or zero; nothing if the file gives all normals.
+    directions: Vec<DVec3>,
+    /// The cosine of the crease angle, or a little less.
+    least_cosine: f64,
+    /// The cosine of half of the crease angle, or a little more.
+    half_cosine: f64,
 }
 
-/// So many points, or faces, are one thread's at a time.
-const PART: usize = 2048;
+/// The normals at a point, and the memory that they are made in.
+#[derive(Default)]
+pub(super) struct Memory {
+    /// Of all corners at the point, in the order of the fans, of length 1.
+    pub(super) normals: Vec<Vec3>,
+    spokes: Vec<Spoke>,
+    around: Vec<Contribution>,
+    turns: Turns,
+}
+
+impl<'a> Normals<'a> {
+    /// What normals are made from that are smooth where faces meet at less than the crease angle.
+    pub(super) fn new(corners: &'a Corners, fans: &'a Fans, crease_angle: f32) -> Self {
+        let angle = f64::from(crease_angle);
+        let least_cosine = cosine(angle) - TOLERANCE;
+        let half_cosine = cosine(angle / 2.0) + TOLERANCE;
+        let mut normals = Self {
+            corners,
+            fans,
+            face: Vec::new(),
+            directions: Vec::new(),
+            least_cosine,
+            half_cosine,
+        };
+        let is_given = |&normal: &Vec3| normal != Vec3::ZERO;
+        if corners.normal.len() < corners.point.len() || !corners.normal.iter().all(is_given) {
+            normals.directions = directions(corners);
+        }
+        // Faces have three corners and more.
+        if !normals.directions.is_empty() && corners.point.len() > 3 * corners.ends.len() {
+            normals.face.reserve(corners.point.len());
+            for (number, &end) in (0..).zip(&corners.ends) {
+                normals.face.resize(end as usize, number);
+            }
+        }
+        normals
+    }
+
+    /// Finds the normals at a point: those that the file gives, brought to length 1, and the others.
+    pub(super) fn fill(&self, point: usize, memory: &mut Memory) {
+        let Memory { normals, spokes, around, turns } = memory;
+        let fan = self.fans.of(point);
+        let given =
+            |corner: u32| self.corners.normal.get(corner as usize).copied().unwrap_or(Vec3::ZERO);
+        normals.clear();
+        let is_given = |&corner: &u32| given(corner) != Vec3::ZERO;
+        if self.directions.is_empty() || fan.iter().all(is_given) {
+            normals.extend(fan.iter().map(|&corner| unit(given(corner)).unwrap_or(Vec3::Z)));
+            return;
+        }
+        spokes.clear();
+        spokes.extend(fan.iter().map(|&corner| self.spoke(corner as usize)));
+        gather(spokes.iter().map(|spoke| self.contribution(point, spoke)), around);
+        turns.find(spokes);
+        let is_plain = turns.turned.is_empty() && spokes.len() <= MAX_PAIRED;
+        let common = if is_plain { self.common(around) } else { None };
+        let mut means = Means { around, least_cosine: self.least_cosine, last: None };
+        for (place, &corner) in fan.iter().enumerate() {
+            let given = given(corner);
+            let given = if given == Vec3::ZERO { None } else { unit(given) };
+            normals.push(given.or(common).unwrap_or_else(|| {
+                let face = spokes[place].face;
+                let own = (self.directions[face], self.corners.smoothing[face]);
+                means.smooth(own, turns.seen_from(place)).as_vec3()
+            }));
+        }
+    }
+
+    /// The normal that all corners have at a point where any two faces meet at less than the crease angle: no face
+    /// is farther than half of it from the middle of all directions.
+    fn common(&self, around: &[Contribution]) -> Option<Vec3> {
+        let middle = around.iter().map(|face| face.direction).sum::<DVec3>().try_normalize()?;
+        let is_near = |face: &Contribution| {
+            face.smoothing == BY_ANGLE && face.direction.dot(middle) >= self.half_cosine
+        };
+        if !around.iter().all(is_near) {
+            return None;
+        }
+        let sum: DVec3 = around.iter().map(|face| face.vector).sum();
+        sum.try_normalize().map(DVec3::as_vec3)
+    }
+
+    fn spoke(&self, corner: usize) -> Spoke {
+        let face = self.face.get(corner).map_or(corner / 3, |&face| face as usize);
+        let corners = self.corners;
+        let range = range_before(&corners.ends, face);
+        let after = if corner + 1 == range.end { range.start } else { corner + 1 };
+        let before = if corner == range.start { range.end - 1 } else { corner - 1 };
+        Spoke { face, sides: [corners.point[after], corners.point[before]] }
+    }
+
+    /// What a face adds to normals at a point: its direction by its angle there.
+    fn contribution(&self, point: usize, spoke: &Spoke) -> Contribution {
+        let position = |point: u32| self.corners.points[point as usize].as_dvec3();
+        let (at, direction) = (position(point as u32), self.directions[spoke.face]);
+        let [after, before] = spoke.sides.map(position);
+        // In the precision that is plenty for a weight.
+        let angle = f64::from(angle(after - at, before - at, direction) as f32);
+        let smoothing = self.corners.smoothing[spoke.face];
+        Contribution { direction, vector: direction * angle, smoothing }
+    }
+}
 
 /// The vector brought to length 1, in `f64`; `None` for zero.
 fn unit(vector: Vec3) -> Option<Vec3> {
@@ -236,64 +322,6 @@ fn cell_of(vector: DVec3) -> usize {
     (side * GRID + square(vector[(axis + 1) % 3])) * GRID + square(vector[(axis + 2) % 3])
 }
 
-/// What normals are made from.
-struct Shape<'a> {
-    corners: &'a Corners,
-    fans: &'a Fans,
-    /// For each face, of length 1 or zero.
-    directions: &'a [DVec3],
-    /// The cosine of the crease angle, or a little less.
-    least_cosine: f64,
-}
-
-impl Shape<'_> {
-    /// Finds the normals at the corners of some points, in the order of the fans.
-    fn fill(&self, points: Range<usize>, normals: &mut [Vec3]) {
-        let Self { corners, fans, .. } = *self;
-        let (mut spokes, mut around) = (Vec::new(), Vec::new());
-        let mut turns = Turns::default();
-        let mut filled = normals.iter_mut();
-        for point in points {
-            let fan = fans.of(point);
-            if fan.iter().any(|&corner| corners.normal[corner as usize] == Vec3::ZERO) {
-                spokes.clear();
-                spokes.extend(fan.iter().map(|&corner| self.spoke(corner as usize)));
-                gather(spokes.iter().map(|spoke| self.contribution(point, spoke)), &mut around);
-                turns.find(&spokes);
-            }
-            let mut means = Means { around: &around, least_cosine: self.least_cosine, last: None };
-            for ((place, &corner), filled) in fan.iter().enumerate().zip(&mut filled) {
-                let given = corners.normal[corner as usize];
-                let given = if given == Vec3::ZERO { None } else { unit(given) };
-                *filled = given.unwrap_or_else(|| {
-                    let face = spokes[place].face;
-                    let own = (self.directions[face], corners.smoothing[face]);
-                    means.smooth(own, turns.seen_from(place)).as_vec3()
-                });
-            }
-        }
-    }
-
-    fn spoke(&self, corner: usize) -> Spoke {
-        let (corners, face) = (self.corners, self.fans.face[corner] as usize);
-        let range = range_before(&corners.ends, face);
-        let after = if corner + 1 == range.end { range.start } else { corner + 1 };
-        let before = if corner == range.start { range.end - 1 } else { corner - 1 };
-        Spoke { face, sides: [corners.point[after], corners.point[before]] }
-    }
-
-    /// What a face adds to normals at a point: its direction by its angle there.
-    fn contribution(&self, point: usize, spoke: &Spoke) -> Contribution {
-        let position = |point: u32| self.corners.points[point as usize].as_dvec3();
-        let (at, direction) = (position(point as u32), self.directions[spoke.face]);
-        let [after, before] = spoke.sides.map(position);
-        // In the precision that is plenty for a weight.
-        let angle = f64::from(angle(after - at, before - at, direction) as f32);
-        let smoothing = self.corners.smoothing[spoke.face];
-        Contribution { direction, vector: direction * angle, smoothing }
-    }
-}
-
 /// A corner of a face at a point.
 struct Spoke {
     face: usize,
@@ -330,8 +358,12 @@ fn newell(polygon: &[DVec3]) -> DVec3 {
 /// The angle inside a polygon from the side `a` to the side `b`, counter-clockwise about `normal`;
 /// zero if a side has no length.
 fn angle(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
-    let (Some(a), Some(b)) = (a.try_normalize(), b.try_normalize()) else { return 0.0 };
-    let least = arc_cosine(a.dot(b));
+    // Sides of `f32` numbers neither overflow nor vanish so.
+    let lengths = (a.length_squared() * b.length_squared()).sqrt();
+    if lengths == 0.0 {
+        return 0.0;
+    }
+    let least = arc_cosine(a.dot(b) / lengths);
     if a.cross(b).dot(normal) < 0.0 { TAU - least } else { least }
 }
 
@@ -341,44 +373,4 @@ fn arc_cosine(cosine: f64) -> f64 {
     let series = 1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 + x * -0.018_729_3));
     let angle = (1.0 - x).sqrt() * series;
     if cosine < 0.0 { PI - angle } else { angle }
-}
-
-/// For each point the corners that meet there, in one list.
-struct Fans {
-    corners: Vec<u32>,
-    /// Where each point's corners end.
-    ends: Vec<u32>,
-    /// For each corner, its face.
-    face: Vec<u32>,
-}
-
-impl Fans {
-    /// Counting sort of the corners by point, which keeps the order of the file.
-    fn new(corners: &Corners) -> Self {
-        let mut starts = vec![0; corners.points.len()];
-        for &point in &corners.point {
-            starts[point as usize] += 1;
-        }
-        let mut total = 0;
-        for start in &mut starts {
-            (*start, total) = (total, total + *start);
-        }
-        // Each start moves on to its end as corners are put in.
-        let mut ends = starts;
-        let mut sorted = vec![0; corners.point.len()];
-        for (corner, &point) in (0..).zip(&corners.point) {
-            sorted[ends[point as usize] as usize] = corner;
-            ends[point as usize] += 1;
-        }
-        let mut face = Vec::with_capacity(corners.point.len());
-        for (number, &end) in (0..).zip(&corners.ends) {
-            face.resize(end as usize, number);
-        }
-        Self { corners: sorted, ends, face }
-    }
-
-    /// The corners at a point, in the order of the file.
-    fn of(&self, point: usize) -> &[u32] {
-        &self.corners[range_before(&self.ends, point)]
-    }
 }

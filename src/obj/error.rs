@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::model::also::Also;
+
 /// Why there is no model.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -27,10 +29,16 @@ pub enum ObjError {
         cause: LineError,
     },
     /// No line is a face.
-    #[error("{} has no faces (lines that begin with `f`): is it an OBJ file of polygons?", path.display())]
+    #[error(
+        "{} has no faces (lines that begin with `f`): is it an OBJ file of polygons?{}",
+        path.display(),
+        Also(warnings)
+    )]
     NoFaces {
         /// The OBJ file.
         path: PathBuf,
+        /// What else is wrong with it, or not used: sentences that name file and line.
+        warnings: Vec<String>,
     },
 }
 

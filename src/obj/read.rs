@@ -52,7 +52,8 @@ fn from_text(
     drop(text);
     warnings.add_notes(path, std::mem::take(&mut geometry.notes));
     if geometry.faces.is_empty() {
-        return Err(ObjError::NoFaces { path: path.to_owned() });
+        let warnings = warnings.into_list().iter().map(ToString::to_string).collect();
+        return Err(ObjError::NoFaces { path: path.to_owned(), warnings });
     }
 
     let mut finder = Finder::new(path, root);

@@ -141,6 +141,9 @@ fn stl_is_read_as_other_programs_write_it() {
     let loaded = read(binary_stl(b"", &bad), "a.stl").expect("what is there");
     assert_eq!((loaded.model.face_count(), loaded.warnings.len()), (1, 1));
     assert!(matches!(read(binary_stl(b"", &[]), "a.stl"), Err(LoadError::NoFaces { .. })));
+    let lost = binary_stl(b"", &[[Vec3::NAN, Vec3::X, Vec3::Y]]);
+    let said = read(lost, "a.stl").expect_err("no face").to_string();
+    assert!(said.contains("of polygons? Also: a.stl: faces of fewer than 3 corners"), "{said}");
 }
 
 #[test]

@@ -430,6 +430,21 @@ fn a_file_without_faces_is_named() {
     }
 }
 
+/// What explains the lack of faces is said with it.
+#[test]
+fn a_file_without_faces_keeps_its_warnings() {
+    let error = try_load(format!("{TRIANGLE}l 1 2\nf 1 2\nl 2 3\n")).expect_err("no face");
+    let text = error.to_string();
+    assert!(text.contains("is it an OBJ file of polygons? Also: "), "{text}");
+    assert!(text.contains("model.obj:4: lines (l) are not used (2 in the file); "), "{text}");
+    assert!(
+        text.contains("model.obj:5: a face needs at least 3 corners, and here are 2"),
+        "{text}"
+    );
+    let ObjError::NoFaces { warnings, .. } = error else { panic!("{error}") };
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+}
+
 #[test]
 fn errors_name_file_line_and_cause() {
     for (text, expected) in [
