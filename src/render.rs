@@ -21,8 +21,8 @@
 //!
 //! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own; the others draw large
 //! and take [`Framebuffer::downsampled`]. What is seen as numbers, faces and barycentrics, a
-//! [`VisibilityRenderer`] finds: by the z-buffer, and by the scanline renderer where several layers are
-//! wanted.
+//! [`VisibilityRenderer`] finds: by the z-buffer, by the scanline renderer where several layers are wanted, and by the
+//! renderer of samples where those are.
 //!
 //! The z-buffer's order of drawing matters to its time only: from front to back each pixel is shaded
 //! once. Times are in the project's PERFORMANCE.md.
@@ -57,8 +57,8 @@ mod strokes;
 mod z_buffer;
 mod painter;
 mod scanline;
-mod visibility;
 mod samples;
+mod visibility;
 #[cfg(feature = "png")]
 mod png_file;
 
