@@ -122,6 +122,14 @@ def tile(value: Any, width: int, height: int) -> tuple[int, int, int, int]:
     return left, top, whole("tile[2]", wide, 1, width - left), whole("tile[3]", high, 1, height - top)
 
 
+def samples(value: Any) -> int:
+    """How many samples a pixel has."""
+    made = whole("samples", value, 1, 16)
+    if made not in (1, 4, 8, 16):
+        raise ValueError(f"samples must be 1, 4, 8 or 16, not {made}")
+    return made
+
+
 def threads(value: Any) -> int | None:
     return None if value is None else whole("threads", value, 1, 1024)
 
