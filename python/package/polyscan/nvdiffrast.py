@@ -1,12 +1,14 @@
 """nvdiffrast's forward calls, with its layout, on numpy arrays:
 
     import polyscan.nvdiffrast as dr
-    rast, rast_db = dr.rasterize(None, pos, tri, resolution=[height, width])
+    glctx = dr.RasterizeCudaContext()
+    rast, rast_db = dr.rasterize(glctx, pos, tri, resolution=[height, width])
     uv, uv_da = dr.interpolate(attr, rast, tri, rast_db=rast_db, diff_attrs="all")
     color = dr.texture(tex, uv, uv_da, filter_mode="linear-mipmap-linear")
 
 Rows run upwards, as in OpenGL and there: turn pictures around with `[:, ::-1]` to look at them. Nothing is
-differentiated, and there is no antialiasing call, which is there for gradients.
+differentiated, and there is no `antialias`, which is there for gradients: take the mean of samples instead
+(`polyscan.rasterize(samples=8)`). Tensors of PyTorch on the CPU are taken as arrays.
 """
 
 from __future__ import annotations
@@ -26,6 +28,17 @@ from ._texture import Texture
 Floats = npt.NDArray[np.float32]
 
 
+class RasterizeCudaContext:
+    """Nothing: it is made where nvdiffrast's is, and takes its arguments."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        pass
+
+
+class RasterizeGLContext(RasterizeCudaContext):
+    """The same."""
+
+
 def rasterize(
     glctx: Any,
     pos: npt.ArrayLike,
@@ -36,7 +49,7 @@ def rasterize(
 ) -> tuple[Floats, Floats]:
     """The triangle that is seen at each pixel.
 
-    glctx: anything; there is no context.
+    glctx: anything: a context here is nothing.
     pos: (b, n, 4) f32, clip space, -w <= z <= w; or (n, 4) with `ranges`.
     tri: (m, 3) i32.
     resolution: height and width in pixels.
@@ -46,6 +59,45 @@ def rasterize(
     Returns (b, height, width, 4) f32: u, v, z/w, triangle number + 1, with 0 for none; u and v are the weights of the first
     and the second corner. And (b, height, width, 4) f32: du/dX, du/dY, dv/dX, dv/dY per pixel, Y upwards.
     """
+    return _layer(0, pos, tri, resolution, ranges, grad_db)
+
+
+class DepthPeeler:
+    """The layers of a picture, one after the other, the nearest first:
+
+    with dr.DepthPeeler(glctx, pos, tri, resolution) as peeler:
+        for i in range(3):
+            rast, rast_db = peeler.rasterize_next_layer()
+
+    At most 64. Arguments and results are those of `rasterize`.
+    """
+
+    def __init__(
+        self,
+        glctx: Any,
+        pos: npt.ArrayLike,
+        tri: npt.ArrayLike,
+        resolution: Sequence[int],
+        ranges: Any = None,
+        grad_db: bool = True,
+    ) -> None:
+        self._scene = (pos, tri, resolution, ranges, grad_db)
+        self._next = 0
+
+    def __enter__(self) -> DepthPeeler:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def rasterize_next_layer(self) -> tuple[Floats, Floats]:
+        self._next += 1
+        return _layer(self._next - 1, *self._scene)
+
+
+def _layer(
+    layer: int, pos: npt.ArrayLike, tri: npt.ArrayLike, resolution: Sequence[int], ranges: Any, grad_db: bool
+) -> tuple[Floats, Floats]:
     points = arguments.floats32("pos", pos)
     try:
         height, width = (int(side) for side in resolution)
@@ -70,16 +122,19 @@ def rasterize(
     camera = Camera.clip_space(depth_range="minus_one_to_one")
     for i, (shape, start, end) in enumerate(parts):
         triangles = faces.indices[start:end]
-        seen = _rasterize(shape, triangles, camera, (width, height), derivatives=grad_db)
+        seen = _rasterize(shape, triangles, camera, (width, height), derivatives=grad_db, layers=layer + 1)
         assert seen.barycentrics is not None
+        face, weights, slopes = seen.face, seen.barycentrics, seen.derivatives
+        if layer > 0:
+            face, weights = face[..., layer], weights[..., layer, :]
+            slopes = None if slopes is None else slopes[..., layer, :, :]
         # Our rows run downwards.
-        out, face, weights = rast[i, ::-1], seen.face, seen.barycentrics
+        out = rast[i, ::-1]
         out[..., :2] = weights[..., :2]
         out[..., 2] = _z_over_w(shape, triangles, face, weights)
         out[..., 3] = np.where(face >= 0, face + start + 1, 0)
-        if grad_db:
-            assert seen.derivatives is not None
-            down = seen.derivatives[..., :2, :]
+        if slopes is not None:
+            down = slopes[..., :2, :]
             rast_db[i, ::-1] = (down * np.array([1, -1], np.float32)).reshape(height, width, 4)
     return rast, rast_db
 
