@@ -26,7 +26,10 @@ def blocks(name: str) -> list[str]:
     ("name", "files"),
     [
         ("README.md", ["cube.png"]),
-        ("RECIPES.md", ["pose_002.npz", "depth.png", "board.png", "height.png", "views.png", "ball.png"]),
+        (
+            "RECIPES.md",
+            ["pose_002.npz", "depth.png", "mattes.png", "board.png", "render.png", "height.png", "views.png", "ball.png"],
+        ),
     ],
 )
 def test_code_runs_as_it_stands(
