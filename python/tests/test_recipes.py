@@ -56,9 +56,9 @@ def test_code_runs_as_it_stands(
         assert board[:5].max() == 0 and board[240, 320].max() > 50
 
 
-def run(model: pathlib.Path, out: pathlib.Path, workers: int, poses: int = 24) -> subprocess.Popen:
+def run(models: list[pathlib.Path], out: pathlib.Path, workers: int) -> subprocess.Popen:
     script = HERE / "examples" / "dataset_on_ray.py"
-    command = [sys.executable, script, model, out, "--poses", str(poses), "--shard", "3", "--workers", str(workers)]
+    command = [sys.executable, script, out, *models, "--poses", "12", "--shard", "3", "--workers", str(workers)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
 
 
@@ -71,18 +71,20 @@ def children(pid: int) -> list[int]:
 @pytest.mark.skipif(not os.environ.get("POLYSCAN_TEST_RAY"), reason="POLYSCAN_TEST_RAY is not set")
 def test_a_cluster_makes_the_same_whatever_happens(tmp_path: pathlib.Path) -> None:
     pytest.importorskip("ray")
-    vertices, faces = sphere(150)
-    model = tmp_path / "model.npz"
-    np.savez(model, vertices=vertices.astype(np.float32), faces=faces.astype(np.int32))
+    models = [tmp_path / "ball.npz", tmp_path / "egg.npz"]
+    for model, shape in zip(models, ([1, 1, 1], [1, 1.4, 1]), strict=True):
+        vertices, faces = sphere(150)
+        np.savez(model, vertices=(vertices * shape).astype(np.float32), faces=faces.astype(np.int32))
+    wanted = [f"{model.stem}/pose_{i:06}.npz" for model in models for i in range(12)]
     said = []
     for workers, is_disturbed in ((1, False), (3, True)):
         out = tmp_path / f"out{workers}"
-        process = run(model, out, workers)
+        process = run(models, out, workers)
         killed = 0
         while is_disturbed and process.poll() is None and killed < 2:
             # Two workers are killed in the middle of their work.
             time.sleep(0.02)
-            if len(list(out.glob("pose_*.npz"))) < 4 * (killed + 1):
+            if len(list(out.glob("*/pose_*.npz"))) < 4 * (killed + 1):
                 continue
             for child in children(process.pid):
                 try:
@@ -97,5 +99,9 @@ def test_a_cluster_makes_the_same_whatever_happens(tmp_path: pathlib.Path) -> No
         assert process.returncode == 0, text
         assert killed == (2 if is_disturbed else 0)
         said.append(text.strip().splitlines()[-1])
-        assert [path.name for path in sorted(out.glob("pose_*"))] == [f"pose_{i:06}.npz" for i in range(24)]
+        # Whole files alone: nothing is half written, lost or double.
+        assert [path.relative_to(out).as_posix() for path in sorted(out.glob("*/pose_*"))] == wanted
+        for name in wanted:
+            with np.load(out / name) as file:
+                assert file["face"].shape == file["depth"].shape == (480, 640)
     assert said[0] == said[1] and "sha256" in said[0]
