@@ -73,12 +73,17 @@ def finite(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     return made
 
 
+def any_number(name: str, value: Any) -> float:
+    """A number, which may be infinite or NaN."""
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} must be a number, not {value!r}") from None
+
+
 def number(name: str, value: Any, least: float = -np.inf, most: float = np.inf) -> float:
     """A number that is finite and within bounds, which may not be met themselves if they are infinite."""
-    try:
-        made = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be a number, not {value!r}") from None
+    made = any_number(name, value)
     if not (np.isfinite(made) and least <= made <= most):
         raise ValueError(f"{name} must be finite and from {least} to {most}, not {made}")
     return made
@@ -96,9 +101,9 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 
 
 def one_of(name: str, value: Any, choices: tuple[str, ...]) -> str:
-    if value not in choices:
+    if not isinstance(value, str) or value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(map(repr, choices))}, not {value!r}")
-    return str(value)
+    return value
 
 
 def size(value: Any) -> tuple[int, int]:

@@ -231,6 +231,9 @@ def interpolate(
 
     Returns the shape of `seen.face` and (c,), f32, without it if attributes are (n,); and (2,) for derivatives.
     """
+    if not isinstance(seen, (Seen, Baked)):
+        raise ValueError(f"seen must be what `rasterize` or `bake` returned, not {type(seen).__name__}")
+    background = arguments.any_number("background", background)
     weights = seen.derivatives if derivatives else seen.barycentrics
     if weights is None:
         name = "derivatives" if derivatives else "barycentrics"
