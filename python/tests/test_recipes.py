@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -54,6 +55,34 @@ def test_code_runs_as_it_stands(
 
         board = np.asarray(Image.open("board.png"))
         assert board[:5].max() == 0 and board[240, 320].max() > 50
+
+
+@pytest.mark.parametrize("jobs", ["GNU parallel", "Slurm"])
+def test_array_jobs_join_to_the_bit(jobs: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tool's shards, by GNU parallel, or with the variables that Slurm gives the jobs of an array."""
+    tool, image = os.environ.get("POLYSCAN_TOOL"), pytest.importorskip("PIL.Image")
+    if not tool or jobs == "GNU parallel" and not shutil.which("parallel"):
+        pytest.skip(f"POLYSCAN_TOOL is not the tool, or there is no {jobs}")
+    vertices, faces = sphere(12)
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    for name in ("ball", "egg", "disc"):
+        (tmp_path / f"{name}.obj").write_text("\n".join(lines))
+    monkeypatch.chdir(tmp_path)
+    how = "--quiet --size 130x97"
+    subprocess.run(f"{tool} ball.obj -o whole.png {how}", shell=True, check=True)
+    if jobs == "GNU parallel":
+        for of in (f"ball.obj -o part-{{}}.png {how}", f"ball.obj egg.obj disc.obj -o pictures/ {how}"):
+            subprocess.run(f"parallel --will-cite '{tool} {of} --shard {{}}/4' ::: 1 2 3 4", shell=True, check=True)
+    else:
+        shard = "--shard $SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT"
+        for of in (f"ball.obj -o part-$SLURM_ARRAY_TASK_ID.png {how}", f"ball.obj egg.obj disc.obj -o pictures/ {how}"):
+            # In any order, as a queue has it.
+            for task in (3, 1, 4, 2):
+                variables = {**os.environ, "SLURM_ARRAY_TASK_ID": str(task), "SLURM_ARRAY_TASK_COUNT": "4"}
+                subprocess.run(f"{tool} {of} {shard}", shell=True, check=True, env=variables)
+    parts = [np.asarray(image.open(f"part-{k}.png")) for k in range(1, 5)]
+    assert np.array_equal(np.vstack(parts), np.asarray(image.open("whole.png")))
+    assert sorted(path.name for path in pathlib.Path("pictures").iterdir()) == ["ball.png", "disc.png", "egg.png"]
 
 
 def run(models: list[pathlib.Path], out: pathlib.Path, workers: int) -> subprocess.Popen:
