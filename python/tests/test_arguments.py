@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_np
 
@@ -206,7 +206,7 @@ NUMBERS = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     vertices=st_np.arrays(
         st.sampled_from(["f4", "f8"]), st.tuples(st.integers(0, 9), st.sampled_from([3, 4])), elements=NUMBERS
@@ -241,7 +241,7 @@ def test_anything_is_drawn_or_refused(vertices, faces, size, behind, clip) -> No
     assert (weights >= 0).all() and np.allclose(weights.sum(axis=-1), 1, atol=1e-5)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.recursive(
         st.none() | st.booleans() | st.floats() | st.text(max_size=3) | st.integers(),

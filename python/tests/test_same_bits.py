@@ -36,12 +36,12 @@ def test_what_is_seen_has_the_hash_that_rust_expects(name: str, how: dict) -> No
         pytest.skip("only beside the Rust library's tests")
     want = int(re.search(rf"const {name}: u64 = (0x[0-9a-f_]+);", RUST.read_text())[1].replace("_", ""), 16)
     number = Numbers()
-    one, half = np.float32(1), np.float32(0.5)
+    one, two, half = np.float32(1), np.float32(2), np.float32(0.5)
     vertices = []
     for _ in range(60):
         x, y, z, w = (number() for _ in range(4))
         w = w + half
-        vertices.append([(2 * x - one) * w, (2 * y - one) * w, z * w, w])
+        vertices.append([(two * x - one) * w, (two * y - one) * w, z * w, w])
     faces = [[int(number() * np.float32(60)) for _ in range(3)] for _ in range(80)]
     vertices = np.array(vertices)
     assert vertices.dtype == np.float32
