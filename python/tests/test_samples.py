@@ -173,3 +173,21 @@ def test_other_numbers_of_samples_are_refused(samples) -> None:
             call()
     with pytest.raises(ValueError, match=r"^layers\b"):
         polyscan.rasterize(np.eye(3), [[0, 1, 2]], Camera.perspective(40), (4, 4), samples=4, layers=2)
+
+
+@pytest.mark.parametrize("how", [{}, {"samples": 4}, {"layers": 2}])
+def test_many_faces_are_drawn_in_parts(how: dict) -> None:
+    """Faces are drawn a million at a time: two balls that cross, with a million faces without area between them, look as they
+    do without these."""
+    vertices, faces = sphere(30)
+    both = np.concatenate([vertices, vertices * [0.8, 1.2, 0.8]])
+    behind = faces + len(vertices)
+    nothing = np.zeros((1_100_000, 3), int)
+    camera = Camera.around(both)
+    want = polyscan.rasterize(both, np.concatenate([faces, behind]), camera, (90, 70), derivatives=True, **how)
+    many = np.concatenate([faces, nothing, behind]).astype(np.int32)
+    got = polyscan.rasterize(both, many, camera, (90, 70), derivatives=True, **how)
+    assert np.array_equal(np.where(want.face >= len(faces), want.face + len(nothing), want.face), got.face)
+    assert (got.face >= len(faces)).mean() > 0.05 and ((got.face >= 0) & (got.face < len(faces))).mean() > 0.05
+    for name in ("depth", "barycentrics", "derivatives"):
+        assert np.array_equal(getattr(got, name), getattr(want, name)), name
