@@ -5,7 +5,8 @@
 
 Each measurement is a process of its own. `embreex` and `pyrender` take part if they can be imported; pyrender draws by
 Mesa's llvmpipe through EGL, unless `PYOPENGL_PLATFORM` says `osmesa`. Where `PYRENDER_PYTHON` names another interpreter,
-pyrender is asked there.
+pyrender is asked there: it needs an environment of its own, by `pip install pyrender 'numpy<2'` and then
+`pip install --upgrade pyopengl`.
 """
 
 from __future__ import annotations

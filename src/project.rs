@@ -105,18 +105,18 @@ impl Projection {
         self.clip_space == ClipSpace::MinusOneToOne
     }
 
-    /// X in normalized device coordinates, -1 to 1 from left to right, of the centre of a column of the
-    /// framebuffer.
+    /// X in normalized device coordinates, -1 to 1 from left to right, so many pixels right of the centre of a
+    /// column of the framebuffer.
     #[inline(always)]
-    pub(crate) fn ndc_x(&self, column: i32) -> f64 {
-        (f64::from(column - self.corner.0) + 0.5) * 2.0 / self.size[0] - 1.0
+    pub(crate) fn ndc_x(&self, column: i32, right: f64) -> f64 {
+        (f64::from(column - self.corner.0) + 0.5 + right) * 2.0 / self.size[0] - 1.0
     }
 
-    /// Y in normalized device coordinates, 1 to -1 from top to bottom, of the centre of a row of the
-    /// framebuffer.
+    /// Y in normalized device coordinates, 1 to -1 from top to bottom, so many pixels below the centre of a row
+    /// of the framebuffer.
     #[inline(always)]
-    pub(crate) fn ndc_y(&self, row: i32) -> f64 {
-        1.0 - (f64::from(row - self.corner.1) + 0.5) * 2.0 / self.size[1]
+    pub(crate) fn ndc_y(&self, row: i32, below: f64) -> f64 {
+        1.0 - (f64::from(row - self.corner.1) + 0.5 + below) * 2.0 / self.size[1]
     }
 
     /// Divides a position by its w and maps it to the screen.

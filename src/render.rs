@@ -24,9 +24,10 @@
 //! | drawing in steps | yes: depth stays in the framebuffer | a scene at once; over what a framebuffer holds | a tree at once, over what a framebuffer shows | as by tree |
 //!
 //! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own, into one buffer and without
-//! stencil and statistics; the others draw large and take [`Framebuffer::downsampled`]. What is seen as numbers, faces and barycentrics, a
-//! [`VisibilityRenderer`] finds: by the z-buffer, and by the scanline renderer where several layers are
-//! wanted. Which boxes are hidden behind occluders, before anything is drawn, an [`OcclusionRenderer`] says.
+//! stencil and statistics; the others draw large and take [`Framebuffer::downsampled`]. What is seen as numbers, faces
+//! and barycentrics, a [`VisibilityRenderer`] finds: by the z-buffer, by the scanline renderer where several layers are
+//! wanted, and by the renderer of samples where those are. Which boxes are hidden behind occluders, before anything is
+//! drawn, an [`OcclusionRenderer`] says.
 //!
 //! The z-buffer's order of drawing matters to its time only: from front to back each pixel is shaded
 //! once. Times are in the project's PERFORMANCE.md.
@@ -67,9 +68,9 @@ mod z_buffer;
 mod query;
 mod painter;
 mod scanline;
-mod visibility;
 mod samples;
 mod occlusion;
+mod visibility;
 #[cfg(feature = "png")]
 mod png_file;
 

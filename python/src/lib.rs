@@ -28,5 +28,5 @@ mod _polyscan {
     #[pymodule_export]
     use crate::texture::Texture;
     #[pymodule_export]
-    use crate::visibility::rasterize;
+    use crate::visibility::{rasterize, sample_places};
 }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray2};
 use polyscan::color::Color as _;
 use polyscan::formats::{Format, Loaded, Loader};
 use polyscan::glam::{DMat4, DVec3, Mat3, Mat4, Vec2, Vec3, Vec4, vec3};
-use polyscan::model::Face;
+use polyscan::model::{AlphaMode, Face};
 use polyscan::render::Over;
 use polyscan::texture::MipFilter;
 use polyscan::{
@@ -17,6 +17,7 @@ use pyo3::prelude::*;
 
 use crate::polygons::{PolygonArray, Polygons};
 use crate::positions::{PositionArray, Positions, matrix, not_finite};
+use crate::texture::Texture;
 use crate::threads::work;
 use crate::visibility::set;
 
@@ -63,57 +64,84 @@ type Picture<'py> = (Bound<'py, PyArray1<u8>>, Vec<String>);
 pub(crate) fn render_file(py: Python<'_>, path: PathBuf, how: How) -> PyResult<Picture<'_>> {
     let made = work(py, how.threads, || {
         let loaded = how.loader().load(path);
-        picture(loaded.map_err(|error| format!("model: {error}"))?, &how)
+        let mut loaded = loaded.map_err(|error| format!("model: {error}"))?;
+        let filter = MipFilter::Anisotropic { probes: 16 };
+        let model = loaded.model.with_mip_filter(filter);
+        loaded.model = model.map_err(|error| format!("model: {error}"))?;
+        picture(&loaded, &how)
     })?;
     let (bytes, warnings) = made.map_err(PyValueError::new_err)?;
     Ok((PyArray1::from_vec(py, bytes), warnings))
 }
 
-/// The picture of a mesh, whose colours are four bytes a vertex if there are any.
+/// How arrays look. All of it may be left out.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Look<'py> {
+    /// sRGB and alpha, four bytes a vertex.
+    colors: Option<PyReadonlyArray2<'py, u8>>,
+    /// The same of faces, instead.
+    face_colors: Option<PyReadonlyArray2<'py, u8>>,
+    /// Texture coordinates of vertices, with v down.
+    uv: Option<PyReadonlyArray2<'py, f32>>,
+    texture: Option<PyRef<'py, Texture>>,
+    /// Whether what is behind may be seen.
+    is_glass: bool,
+}
+
+/// The same, as it lies in memory.
+#[derive(Clone, Copy, Default)]
+struct Parts<'a> {
+    colors: Option<&'a [[u8; 4]]>,
+    face_colors: Option<&'a [[u8; 4]]>,
+    uv: Option<&'a [[f32; 2]]>,
+}
+
+/// The picture of a mesh.
 #[pyfunction]
 pub(crate) fn render_mesh<'py>(
     py: Python<'py>,
     vertices: &Bound<'py, PyAny>,
     faces: (Bound<'py, PyAny>, Option<Bound<'py, PyAny>>),
-    colors: Option<Vec<u8>>,
+    look: Look<'py>,
     how: How,
 ) -> PyResult<Picture<'py>> {
     let positions = PositionArray::new(vertices)?;
     let faces = PolygonArray::new(&faces.0, faces.1.as_ref())?;
     let (positions, faces) = (positions.get()?, faces.get()?);
+    let colors = look.colors.as_ref().map(|colors| colors.as_slice()).transpose()?;
+    let face_colors = look.face_colors.as_ref().map(|colors| colors.as_slice()).transpose()?;
+    let uv = look.uv.as_ref().map(|uv| uv.as_slice()).transpose()?;
+    let parts = Parts {
+        colors: colors.map(|numbers| numbers.as_chunks().0),
+        face_colors: face_colors.map(|numbers| numbers.as_chunks().0),
+        uv: uv.map(|numbers| numbers.as_chunks().0),
+    };
+    let (is_glass, texture) = (look.is_glass, look.texture.as_ref().map(|texture| texture.inner()));
     let made = work(py, how.threads, || {
-        let file = ply(positions, faces, colors.as_deref())?;
+        let file = ply(positions, faces, parts)?;
         let loaded = how.loader().read(&file[..], "faces");
         drop(file);
-        picture(loaded.map_err(|error| error.to_string())?, &how)
+        let mut loaded = loaded.map_err(|error| error.to_string())?;
+        if let Some(material) = loaded.model.materials.first_mut() {
+            if let Some(texture) = texture {
+                // The picture has all colours there are, and is filtered as it says.
+                (material.texture, material.diffuse) = (Some(0), Vec3::ONE);
+                loaded.model.textures = vec![texture.clone()];
+            }
+            if is_glass {
+                material.alpha_mode = AlphaMode::Blend;
+            }
+        }
+        picture(&loaded, &how)
     })?;
     let (bytes, warnings) = made.map_err(PyValueError::new_err)?;
     Ok((PyArray1::from_vec(py, bytes), warnings))
 }
 
 /// A mesh as a PLY file: the way of all meshes into a model, with normals as the tool finds them.
-fn ply(
-    positions: Positions<'_>,
-    faces: Polygons<'_>,
-    colors: Option<&[u8]>,
-) -> Result<Vec<u8>, String> {
-    let count = match faces {
-        Polygons::Alike(indices, sides) => indices.len() / sides.max(1),
-        Polygons::Ragged(_, ends) => ends.len(),
-    };
-    let mut header = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\n\
-         property double z\n",
-        positions.len()
-    );
-    if colors.is_some() {
-        for channel in ["red", "green", "blue", "alpha"] {
-            header += &format!("property uchar {channel}\n");
-        }
-    }
-    header +=
-        &format!("element face {count}\nproperty list uint uint vertex_indices\nend_header\n");
-    let mut file = header.into_bytes();
+fn ply(positions: Positions<'_>, faces: Polygons<'_>, parts: Parts<'_>) -> Result<Vec<u8>, String> {
+    let mut file = header(positions.len(), count(faces), parts).into_bytes();
     for i in 0..positions.len() {
         let position = positions.get(i);
         if !position.is_finite() {
@@ -122,13 +150,23 @@ fn ply(
         for number in position.truncate().to_array() {
             file.extend(number.to_le_bytes());
         }
-        if let Some(colors) = colors {
-            file.extend(colors.get(4 * i..4 * i + 4).unwrap_or(&[255; 4]));
+        if let Some(colors) = parts.colors {
+            file.extend(colors.get(i).unwrap_or(&[255; 4]));
+        }
+        if let Some(uv) = parts.uv {
+            let [u, v] = uv.get(i).copied().unwrap_or_default();
+            // Files have v up.
+            file.extend([u, 1.0 - v].iter().flat_map(|number| number.to_le_bytes()));
         }
     }
+    let mut number = 0;
     let mut add = |face: &[u32]| {
         file.extend((face.len() as u32).to_le_bytes());
         file.extend(face.iter().flat_map(|i| i.to_le_bytes()));
+        if let Some(colors) = parts.face_colors {
+            file.extend(colors.get(number).unwrap_or(&[255; 4]));
+        }
+        number += 1;
     };
     match faces {
         Polygons::Alike(indices, sides) => indices.chunks_exact(sides.max(1)).for_each(add),
@@ -141,6 +179,32 @@ fn ply(
         }
     }
     Ok(file)
+}
+
+fn count(faces: Polygons<'_>) -> usize {
+    match faces {
+        Polygons::Alike(indices, sides) => indices.len() / sides.max(1),
+        Polygons::Ragged(_, ends) => ends.len(),
+    }
+}
+
+/// The text of a PLY file: what its vertices and its faces have.
+fn header(vertices: usize, faces: usize, parts: Parts<'_>) -> String {
+    let properties = |kind: &str, names: &[&str], is_there: bool| -> String {
+        let names = names.iter().filter(|_| is_there);
+        names.map(|name| format!("property {kind} {name}\n")).collect()
+    };
+    let colors = ["red", "green", "blue", "alpha"];
+    [
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n"),
+        properties("double", &["x", "y", "z"], true),
+        properties("uchar", &colors, parts.colors.is_some()),
+        properties("float", &["s", "t"], parts.uv.is_some()),
+        format!("element face {faces}\nproperty list uint uint vertex_indices\n"),
+        properties("uchar", &colors, parts.face_colors.is_some()),
+        "end_header\n".into(),
+    ]
+    .concat()
 }
 
 /// A view of a model.
@@ -186,11 +250,9 @@ impl View {
 }
 
 /// The bytes of a model's picture, and what its files lack; an error is a sentence.
-fn picture(loaded: Loaded, how: &How) -> Result<(Vec<u8>, Vec<String>), String> {
+fn picture(loaded: &Loaded, how: &How) -> Result<(Vec<u8>, Vec<String>), String> {
     let Loaded { model, format, warnings } = loaded;
-    let model = model.with_mip_filter(MipFilter::Anisotropic { probes: 16 });
-    let model = model.map_err(|error| error.to_string())?;
-    let view = how.view(&model, format);
+    let view = how.view(model, *format);
     let size = |error: polyscan::SizeError| format!("size: {error}");
     let [width, height] = how.size.map(|side| side * how.samples);
     let [left, top, wide, high] = how.tile.map(|side| side * how.samples);
@@ -198,9 +260,9 @@ fn picture(loaded: Loaded, how: &How) -> Result<(Vec<u8>, Vec<String>), String> 
     // At most 65536, since the tile is within the picture.
     let viewport = viewport.with_corner(-(left as i32), -(top as i32));
     let mut frame = Framebuffer::new(wide, high, how.background.into()).map_err(size)?;
-    Scene::new(&model, &view).draw(&mut frame, viewport, how);
+    Scene::new(model, &view).draw(&mut frame, viewport, how);
     let frame = frame.downsampled(how.samples).map_err(size)?;
-    Ok((frame.color().iter().flat_map(|color| color.to_srgb8()).collect(), warnings))
+    Ok((frame.color().iter().flat_map(|color| color.to_srgb8()).collect(), warnings.clone()))
 }
 
 /// A model as one view of it is drawn.

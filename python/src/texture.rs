@@ -112,6 +112,10 @@ impl Texture {
 }
 
 impl Texture {
+    pub(crate) fn inner(&self) -> &polyscan::Texture {
+        &self.texture
+    }
+
     fn sample_part(&self, uv: &[[f32; 2]], derivatives: Option<&[[[f32; 2]; 2]]>, out: &mut [f32]) {
         for (i, uv) in uv.chunks(LANES).enumerate() {
             let mask = u32::MAX >> (u32::BITS as usize - uv.len());

@@ -2,7 +2,7 @@
 
 use numpy::PyArray1;
 use polyscan::glam::DVec4;
-use polyscan::render::{FaceIndices, Product, Visibility, VisibilityRenderer};
+use polyscan::render::{FaceIndices, Product, Samples, Visibility, VisibilityRenderer};
 use polyscan::{ClipSpace, Cull, DepthMode, Mesh, Settings, Vertex, Viewport};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -32,6 +32,8 @@ pub(crate) struct How {
     /// What is drawn of it: left column, top row, width and height.
     tile: [u32; 4],
     layers: u32,
+    /// 4, 8 or 16; or 1 for the pixel's centre.
+    samples: u32,
     /// What is wanted: barycentrics, derivatives, corners.
     products: [bool; 3],
     threads: Option<usize>,
@@ -43,6 +45,17 @@ impl How {
         let viewport = Viewport::new(width, height).map_err(|error| format!("size: {error}"))?;
         // At most 65536, since the tile is within the picture.
         Ok(viewport.with_corner(-(self.tile[0] as i32), -(self.tile[1] as i32)))
+    }
+
+    /// A buffer for what has to be found.
+    fn buffer(&self) -> Result<Visibility, String> {
+        let [_, _, width, height] = self.tile;
+        let found = self.found();
+        let seen = match samples(self.samples) {
+            Some(samples) => Visibility::with_samples(width, height, samples, &found),
+            None => Visibility::with_layers(width, height, self.layers, &found),
+        };
+        seen.map_err(|error| format!("size: {error}"))
     }
 
     /// What has to be found for what is wanted.
@@ -62,6 +75,23 @@ impl How {
         add(Product::Corners, has_corners || is_parallel);
         found
     }
+}
+
+/// The places of so many samples a pixel; `None` for its centre.
+fn samples(count: u32) -> Option<Samples> {
+    match count {
+        4 => Some(Samples::Four),
+        8 => Some(Samples::Eight),
+        16 => Some(Samples::Sixteen),
+        _ => None,
+    }
+}
+
+/// Where samples are: two numbers each, in pixels to the right of a pixel's centre, and below it.
+#[pyfunction]
+pub(crate) fn sample_places(count: u32) -> Vec<[f64; 2]> {
+    let places = samples(count).map_or(&[[0; 2]][..], Samples::places);
+    places.iter().map(|place| place.map(|distance| f64::from(distance) / 256.0)).collect()
 }
 
 /// Brings the conventions of a camera to a renderer.
@@ -84,7 +114,7 @@ pub(crate) fn set<const N: usize>(
     };
 }
 
-/// Flat arrays of what is seen, row by row, the layers of a pixel one after the other: faces, depths, barycentrics,
+/// Flat arrays of what is seen, row by row, the layers or samples of a pixel one after the other: faces, depths, barycentrics,
 /// derivatives, corners. Those that are not wanted are empty.
 type Arrays<'py> = (
     Bound<'py, PyArray1<i32>>,
@@ -129,9 +159,7 @@ fn see(
 ) -> Result<(Visibility, Vec<f32>), String> {
     let mut renderer = VisibilityRenderer::new(how.viewport()?);
     set(&mut renderer.settings, how.is_opengl, how.is_reversed, how.cull);
-    let [_, _, width, height] = how.tile;
-    let seen = Visibility::with_layers(width, height, how.layers, &how.found());
-    let mut seen = seen.map_err(|error| format!("size: {error}"))?;
+    let mut seen = how.buffer()?;
     let vertices = positions.in_clip_space(&matrix(how.clip_from_object)).map_err(not_finite)?;
     match faces {
         Polygons::Alike(indices, 3) => {

@@ -25,17 +25,24 @@ def to_clip(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return total.astype(np.float32).astype(np.float64)
 
 
-def centres(width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Normalized device coordinates (X, Y) of all pixels' centres."""
-    x = (np.arange(width) + 0.5) * 2 / width - 1
-    y = 1 - (np.arange(height) + 0.5) * 2 / height
+#: Right of a pixel's centre, and below it, in pixels.
+Place = tuple[float, float]
+CENTRE: Place = (0.0, 0.0)
+
+
+def centres(width: int, height: int, place: Place = CENTRE) -> tuple[np.ndarray, np.ndarray]:
+    """Normalized device coordinates (X, Y) of all pixels' centres, or of other places in them."""
+    x = (np.arange(width) + 0.5 + place[0]) * 2 / width - 1
+    y = 1 - (np.arange(height) + 0.5 + place[1]) * 2 / height
     return np.meshgrid(x, y)
 
 
-def planes(clip: np.ndarray, faces: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def planes(
+    clip: np.ndarray, faces: np.ndarray, width: int, height: int, place: Place = CENTRE
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """z/w, w and barycentrics (m, height, width, 3) of each face's plane, whether a pixel is inside or not: by Cramer's
     rule for the point of the plane that is seen at (X, Y)."""
-    x, y = centres(width, height)
+    x, y = centres(width, height, place)
     pixel = np.stack([x, y, np.ones_like(x)], axis=-1)
     corners = clip[faces]
     # b (x, y, w) = s (X, Y, 1), and the sum of b is 1.
@@ -49,14 +56,14 @@ def planes(clip: np.ndarray, faces: np.ndarray, width: int, height: int) -> tupl
     return z, w, weights
 
 
-def coverage(clip: np.ndarray, faces: np.ndarray, width: int, height: int) -> np.ndarray:
+def coverage(clip: np.ndarray, faces: np.ndarray, width: int, height: int, place: Place = CENTRE) -> np.ndarray:
     """Which pixels (m, height, width) faces cover that lie before the eye: corners rounded to 1/256 pixel, half to even,
     then whole numbers with the top-left rule."""
     inverse = 1.0 / clip[:, 3]
     x = np.rint(((clip[:, 0] * inverse) * 0.5 + 0.5) * width * 256).astype(np.int64)
     y = np.rint(((clip[:, 1] * inverse) * -0.5 + 0.5) * height * 256).astype(np.int64)
-    px = np.arange(width, dtype=np.int64)[None, :] * 256 + 128
-    py = np.arange(height, dtype=np.int64)[:, None] * 256 + 128
+    px = np.arange(width, dtype=np.int64)[None, :] * 256 + 128 + int(place[0] * 256)
+    py = np.arange(height, dtype=np.int64)[:, None] * 256 + 128 + int(place[1] * 256)
     covered = np.zeros((len(faces), height, width), bool)
     for i, (a, b, c) in enumerate(faces):
         area = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
@@ -75,6 +82,6 @@ def coverage(clip: np.ndarray, faces: np.ndarray, width: int, height: int) -> np
     return covered
 
 
-def answer(clip: np.ndarray, faces: np.ndarray, width: int, height: int) -> Answer:
-    z, w, weights = planes(clip, faces, width, height)
-    return Answer(coverage(clip, faces, width, height), z, w, weights)
+def answer(clip: np.ndarray, faces: np.ndarray, width: int, height: int, place: Place = CENTRE) -> Answer:
+    z, w, weights = planes(clip, faces, width, height, place)
+    return Answer(coverage(clip, faces, width, height, place), z, w, weights)

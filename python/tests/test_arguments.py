@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_np
 
@@ -173,6 +173,10 @@ WRONG = [
     ("tile", {"tile": (0, 0, 25, 1)}),
     ("tile", {"tile": (24, 0, 1, 1)}),
     ("tile", {"tile": (0, 0, 1)}),
+    ("samples", {"samples": 0}),
+    ("samples", {"samples": 2}),
+    ("samples", {"samples": "8"}),
+    ("layers", {"layers": 2, "samples": 4}),
     ("layers", {"layers": 0}),
     ("layers", {"layers": 1.5}),
     ("cull", {"cull": "both"}),
@@ -202,7 +206,7 @@ NUMBERS = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     vertices=st_np.arrays(
         st.sampled_from(["f4", "f8"]), st.tuples(st.integers(0, 9), st.sampled_from([3, 4])), elements=NUMBERS
@@ -214,13 +218,13 @@ NUMBERS = st.one_of(
         st.lists(st.lists(st.integers(-1, 9), min_size=2, max_size=6), max_size=5),
     ),
     size=st.tuples(st.integers(1, 40), st.integers(1, 40)),
-    layers=st.integers(1, 3),
+    behind=st.sampled_from([{}, {"layers": 2}, {"layers": 3}, {"samples": 4}, {"samples": 16}]),
     clip=st.sampled_from(["zero_to_one", "minus_one_to_one"]),
 )
-def test_anything_is_drawn_or_refused(vertices, faces, size, layers, clip) -> None:
+def test_anything_is_drawn_or_refused(vertices, faces, size, behind, clip) -> None:
     camera = CAMERA if vertices.shape[1] == 3 else Camera.clip_space(depth_range=clip)
     try:
-        seen = polyscan.rasterize(vertices, faces, camera, size, layers=layers, derivatives=True, threads=1)
+        seen = polyscan.rasterize(vertices, faces, camera, size, **behind, derivatives=True, threads=1)
     except ValueError as error:
         assert str(error).startswith(("vertices", "faces")), error
         assert not (
@@ -237,7 +241,7 @@ def test_anything_is_drawn_or_refused(vertices, faces, size, layers, clip) -> No
     assert (weights >= 0).all() and np.allclose(weights.sum(axis=-1), 1, atol=1e-5)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.recursive(
         st.none() | st.booleans() | st.floats() | st.text(max_size=3) | st.integers(),
@@ -245,7 +249,7 @@ def test_anything_is_drawn_or_refused(vertices, faces, size, layers, clip) -> No
     )
 )
 def test_nonsense_is_a_value_error(nonsense) -> None:
-    for name in ("vertices", "faces", "size", "tile", "layers", "threads", "cull"):
+    for name in ("vertices", "faces", "size", "tile", "samples", "layers", "threads", "cull"):
         try:
             picture(**{name: nonsense})
         except ValueError as error:

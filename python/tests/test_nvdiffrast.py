@@ -59,6 +59,28 @@ def test_derivatives_run_upwards(scene: tuple[np.ndarray, np.ndarray]) -> None:
         assert np.median(error) < 0.01 and np.quantile(error, 0.9) < 0.1
 
 
+def test_layers_are_peeled_from_the_nearest_on(scene: tuple[np.ndarray, np.ndarray]) -> None:
+    pos, tri = scene
+    glctx = dr.RasterizeGLContext(output_db=True)
+    first, first_db = dr.rasterize(glctx, pos, tri, [HEIGHT, WIDTH])
+    with dr.DepthPeeler(dr.RasterizeCudaContext(device="cuda"), pos, tri, [HEIGHT, WIDTH]) as peeler:
+        layers = [peeler.rasterize_next_layer() for _ in range(4)]
+    assert np.array_equal(layers[0][0], first) and np.array_equal(layers[0][1], first_db)
+    seen = np.stack([rast for rast, _ in layers])
+    behind = seen[1:, ..., 3] > 0
+    assert behind[0].sum() > 200 and not (behind & (seen[:-1, ..., 3] == 0)).any()
+    assert (seen[1:, ..., 2] >= seen[:-1, ..., 2] - 1e-5)[behind].all()
+    assert (seen[1:, ..., 3] != seen[:-1, ..., 3])[behind].all()
+    # Each layer leads back to its own pixel.
+    y, x = np.nonzero(behind[0, 0])
+    corners = pos[0].astype(np.float64)[tri[seen[1, 0, y, x, 3].astype(int) - 1]]
+    u, v = seen[1, 0, y, x, :2].astype(np.float64).T[..., None]
+    place = u * corners[:, 0] + v * corners[:, 1] + (1 - u - v) * corners[:, 2]
+    inside = ((u > 1e-3) & (v > 1e-3) & (u + v < 0.999))[:, 0]
+    error = np.abs((place[:, 0] / place[:, 3] + 1) / 2 * WIDTH - x - 0.5)
+    assert inside.sum() > 100 and error[inside].max() < 1e-3
+
+
 def test_ranges_are_parts_of_the_triangles(scene: tuple[np.ndarray, np.ndarray]) -> None:
     pos, tri = scene
     ranges = np.array([[0, 4], [4, 5], [2, 0]])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import pathlib
+import re
 import resource
 import threading
 import time
@@ -21,8 +22,12 @@ VERTICES, FACES = sphere(40)
 CAMERA = Camera.around(VERTICES)
 
 
+def draw_seen(size: tuple[int, int], threads: int | None = None) -> polyscan.Seen:
+    return polyscan.rasterize(VERTICES, FACES, CAMERA, size, derivatives=True, threads=threads)
+
+
 def draw(threads: int | None = None, size: tuple[int, int] = (160, 120)) -> bytes:
-    seen = polyscan.rasterize(VERTICES, FACES, CAMERA, size, derivatives=True, threads=threads)
+    seen = draw_seen(size, threads)
     parts = (seen.face, seen.depth, seen.barycentrics, seen.derivatives)
     return b"".join(part.tobytes() for part in parts)
 
@@ -102,11 +107,15 @@ def test_memory_does_not_grow_over_ten_thousand_calls() -> None:
     vertices, faces = sphere(6)
     camera = Camera.around(vertices)
     picture = np.random.default_rng(1).random((8, 8, 3))
+    colors = np.full((len(vertices), 3), 200, np.uint8)
 
     def call() -> None:
         seen = polyscan.rasterize(vertices, faces, camera, (32, 24), derivatives=True, threads=1)
         uv = polyscan.interpolate(vertices[:, :2], seen, threads=1)
         polyscan.texture(picture, uv, threads=1)
+        polyscan.rasterize(vertices, faces, camera, (8, 6), samples=4, threads=1)
+        polyscan.bake(vertices[:, :2].clip(0, 1), faces, (8, 8), threads=1)
+        polyscan.render(vertices, faces, colors=colors, size=(8, 8), samples=1, threads=1)
         try:
             polyscan.rasterize(vertices, [[0, 1, 10**6]], camera, (32, 24))
         except ValueError:
@@ -128,15 +137,45 @@ def test_memory_does_not_grow_over_ten_thousand_calls() -> None:
     assert resident() - before < 4_000_000
 
 
-def test_large_arrays_are_not_copied() -> None:
-    """The most memory that a call takes: vertices in clip space, but neither vertices nor faces once more."""
-    if not os.path.exists("/proc/self/clear_refs"):
+def peak(call) -> int:
+    """The most memory that a call takes beyond what there is, in bytes."""
+
+    def kilobytes(name: str) -> int:
+        status = pathlib.Path("/proc/self/status").read_text()
+        return int(re.search(rf"^{name}:\s+(\d+) kB$", status, re.MULTILINE)[1])
+
+    if not os.access("/proc/self/clear_refs", os.W_OK):
         pytest.skip("only where the peak can be reset")
-    count = 2_000_000
-    vertices = np.zeros((1000, 3), np.float32)
-    faces = np.zeros((count, 3), np.int32)
-    assert polyscan._rasterize.arguments.faces(faces, 1000).indices.base is faces
-    assert polyscan._rasterize.arguments.vertices(vertices) is vertices
-    read_only = faces.view()
-    read_only.flags.writeable = False
-    assert np.shares_memory(polyscan._rasterize.arguments.faces(read_only, 1000).indices, faces)
+    gc.collect()
+    pathlib.Path("/proc/self/clear_refs").write_text("5")
+    before = kilobytes("VmRSS")
+    call()
+    return 1024 * (kilobytes("VmHWM") - before)
+
+
+@pytest.mark.parametrize("kind", ["i4", "u4"])
+def test_faces_are_not_copied(kind: str) -> None:
+    few, megabyte = np.zeros((1000, 3), np.float32), 1 << 20
+    # 192 MB; a part of them at a time is looked up.
+    faces = np.ones((16 * megabyte, 3), kind)
+    taken = peak(lambda: polyscan.rasterize(few, faces, CAMERA, (32, 24), threads=1))
+    assert taken < 96 * megabyte, f"{taken / megabyte:.0f} MB"
+    # As it is asked for, a copy is seen.
+    assert peak(lambda: polyscan.rasterize(few, faces.astype("i8"), CAMERA, (32, 24), threads=1)) > 192 * megabyte
+    faces.flags.writeable = False
+    assert peak(lambda: polyscan.rasterize(few, faces, CAMERA, (32, 24), threads=1)) < 96 * megabyte
+
+
+def test_vertices_are_not_copied() -> None:
+    nothing, megabyte = np.zeros((1, 3), np.int32), 1 << 20
+    # 192 MB, which are 128 MB in clip space.
+    vertices = np.ones((8 * megabyte, 3), np.float64)
+    taken = peak(lambda: polyscan.rasterize(vertices, nothing, CAMERA, (32, 24), threads=1))
+    assert taken < 160 * megabyte, f"{taken / megabyte:.0f} MB"
+
+
+def test_results_are_handed_over_as_they_were_made() -> None:
+    seen = draw_seen((640, 480))
+    # Arrays that own nothing are views of what the compiled half made; no other memory is in between.
+    for array in (seen.face, seen.depth, seen.barycentrics, seen.derivatives):
+        assert array.base is not None and array.flags.c_contiguous and array.flags.writeable

@@ -1,4 +1,4 @@
-"""The same bits as in Rust: `tests/same_bits/in_python.rs` makes the same scene and has the same hash."""
+"""The same bits as in Rust: `tests/same_bits/in_python.rs` makes the same scene and has the same hashes."""
 
 from __future__ import annotations
 
@@ -30,21 +30,22 @@ def fnv(data: bytes) -> int:
     return total
 
 
-def test_what_is_seen_has_the_hash_that_rust_expects() -> None:
+@pytest.mark.parametrize(("name", "how"), [("HASH", {"layers": 2}), ("HASH_OF_SAMPLES", {"samples": 8})])
+def test_what_is_seen_has_the_hash_that_rust_expects(name: str, how: dict) -> None:
     if not RUST.exists():
         pytest.skip("only beside the Rust library's tests")
-    want = int(re.search(r"const HASH: u64 = (0x[0-9a-f_]+);", RUST.read_text())[1].replace("_", ""), 16)
+    want = int(re.search(rf"const {name}: u64 = (0x[0-9a-f_]+);", RUST.read_text())[1].replace("_", ""), 16)
     number = Numbers()
-    one, half = np.float32(1), np.float32(0.5)
+    one, two, half = np.float32(1), np.float32(2), np.float32(0.5)
     vertices = []
     for _ in range(60):
         x, y, z, w = (number() for _ in range(4))
         w = w + half
-        vertices.append([(2 * x - one) * w, (2 * y - one) * w, z * w, w])
+        vertices.append([(two * x - one) * w, (two * y - one) * w, z * w, w])
     faces = [[int(number() * np.float32(60)) for _ in range(3)] for _ in range(80)]
     vertices = np.array(vertices)
     assert vertices.dtype == np.float32
     for threads in (1, 2, 5):
-        seen = polyscan.rasterize(vertices, faces, None, (101, 77), layers=2, derivatives=True, threads=threads)
+        seen = polyscan.rasterize(vertices, faces, None, (101, 77), derivatives=True, threads=threads, **how)
         parts = (seen.face, seen.depth, seen.barycentrics, seen.derivatives)
         assert fnv(b"".join(part.tobytes() for part in parts)) == want

@@ -3,9 +3,9 @@
 //! rasterizers for differentiable rendering and for data sets return.
 //!
 //! Faces and depths come from the renderers' own test: one layer by the z-buffer, several by the
-//! scanline renderer, which has all faces at a pixel in their order (`visibility::layers`). What else is
-//! known of a face at a pixel is found once for each pixel that shows it, from the vertices that faces
-//! share (`visibility::weights`).
+//! scanline renderer, which has all faces at a pixel in their order (`visibility::layers`), several samples a
+//! pixel by the renderer of samples. What else is known of a face at a pixel is found once for each pixel
+//! that shows it, from the vertices that faces share (`visibility::weights`).
 
 mod layers;
 mod weights;
@@ -18,9 +18,10 @@ use crate::render::depth::DepthTest;
 use crate::render::faces::{FaceIndices, FaceList, MOST_AT_ONCE};
 use crate::render::framebuffer::filled;
 use crate::render::front::DrawFaces;
-use crate::render::geometry::{Batch, Mesh, Order};
-use crate::render::parallel::{Shading, for_each};
+use crate::render::geometry::{Batch, GeometryMemory, Mesh, Order, Submit};
+use crate::render::parallel::{Shading, for_each, for_each_part};
 use crate::render::raster::plan::Plan;
+use crate::render::samples::{MultisampleFramebuffer, MultisampleRenderer, Samples};
 use crate::render::shader::{Painter, PerBlock, Shared};
 use crate::render::stroke_style::Figure;
 use crate::render::visibility::layers::LayerKeeper;
@@ -49,9 +50,11 @@ pub enum Product {
 /// What is seen at each pixel: faces, depths and, if asked for, where on the face. Drawn by a
 /// [`VisibilityRenderer`].
 ///
-/// All lists have an element for each layer of each pixel: row by row from the top, and of each pixel
-/// the layers one after the other, the nearest first. Those that were not asked for are empty. They may be
-/// taken away, by [`std::mem::take`] for example: the renderer makes new ones.
+/// All lists have an element for each layer or sample of each pixel: row by row from the top, and of each
+/// pixel the layers one after the other, the nearest first, or the samples in the order of their
+/// [places](Samples::places). Those that were not asked for are empty. They may be taken away, by
+/// [`std::mem::take`] for example: the renderer makes new ones. What is said of a pixel's centre holds of a
+/// sample's place where there are samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visibility {
     /// The number of the face in its mesh, from 0; [`Visibility::NO_FACE`] where there is none.
@@ -80,7 +83,10 @@ pub struct Visibility {
     pub derivatives: Vec<[[f32; 2]; 3]>,
     width: u32,
     height: u32,
-    layers: u32,
+    /// How many elements a pixel has.
+    per_pixel: u32,
+    /// Where samples are drawn, if they are wanted.
+    samples: Option<MultisampleFramebuffer<u32>>,
     products: [bool; 4],
 }
 
@@ -106,13 +112,52 @@ impl Visibility {
         layers: u32,
         products: &[Product],
     ) -> Result<Self, SizeError> {
+        Self::with_elements((width, height), layers.max(1), products)
+    }
+
+    /// The same for several samples a pixel, each of which shows the face that is nearest there, as a
+    /// [`MultisampleRenderer`] has it. The share of the samples that show a face is how much of the pixel it
+    /// covers; the mean of what is interpolated at them has no steps at edges.
+    ///
+    /// ```
+    /// use glam::vec4;
+    /// use polyscan::render::{Samples, Visibility, VisibilityRenderer};
+    /// use polyscan::{Mesh, Vertex};
+    ///
+    /// // A square over one pixel and half of the next.
+    /// let square = [(-1.0, -1.0), (0.5, -1.0), (0.5, 1.0), (-1.0, 1.0)]
+    ///     .map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
+    /// let mut seen = Visibility::with_samples(2, 1, Samples::Eight, &[])?;
+    /// VisibilityRenderer::new(seen.viewport()).draw(&mut seen, Mesh::new(&square, [[0, 1, 2, 3]]));
+    /// let covers = |samples: &[u32]| samples.iter().filter(|face| **face == 0).count() as f32 / 8.0;
+    /// assert_eq!(seen.face.chunks(8).map(covers).collect::<Vec<_>>(), [1.0, 0.5]);
+    /// # Ok::<(), polyscan::SizeError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`MultisampleFramebuffer::new`].
+    pub fn with_samples(
+        width: u32,
+        height: u32,
+        samples: Samples,
+        products: &[Product],
+    ) -> Result<Self, SizeError> {
+        let frame = MultisampleFramebuffer::new(width, height, samples, Self::NO_FACE)?;
+        let seen = Self::with_elements((width, height), samples.count() as u32, products)?;
+        Ok(Self { samples: Some(frame), ..seen })
+    }
+
+    fn with_elements(
+        (width, height): (u32, u32),
+        per_pixel: u32,
+        products: &[Product],
+    ) -> Result<Self, SizeError> {
         SizeError::check(width, height)?;
         let reason = "there is not enough memory for it; draw in tiles with \
-                      `Viewport::with_corner`, or fewer layers";
+                      `Viewport::with_corner`, or with fewer layers or samples";
         let error = SizeError::new(width, height, reason);
-        let layers = layers.max(1);
         let pixels = u64::from(width) * u64::from(height);
-        let len = pixels.checked_mul(layers.into()).and_then(|len| usize::try_from(len).ok());
+        let len = pixels.checked_mul(per_pixel.into()).and_then(|len| usize::try_from(len).ok());
         let len = len.ok_or(error)?;
         let all = [Product::W, Product::Barycentrics, Product::Corners, Product::Derivatives];
         let products = all.map(|product| products.contains(&product));
@@ -126,7 +171,8 @@ impl Visibility {
             derivatives: filled(len_of(Product::Derivatives), [[0.0; 2]; 3]).ok_or(error)?,
             width,
             height,
-            layers,
+            per_pixel,
+            samples: None,
             products,
         })
     }
@@ -146,7 +192,13 @@ impl Visibility {
     /// How many faces are kept of each pixel.
     #[must_use]
     pub fn layers(&self) -> u32 {
-        self.layers
+        if self.samples.is_some() { 1 } else { self.per_pixel }
+    }
+
+    /// How many samples a pixel has, and where; `None` for its centre alone.
+    #[must_use]
+    pub fn samples(&self) -> Option<Samples> {
+        self.samples.as_ref().map(MultisampleFramebuffer::samples)
     }
 
     /// The viewport that covers the whole buffer.
@@ -171,7 +223,10 @@ impl Visibility {
 
     /// Forgets what is seen.
     fn clear(&mut self, depth: f32) {
-        let len = self.width as usize * self.height as usize * self.layers as usize;
+        let len = self.width as usize * self.height as usize * self.per_pixel as usize;
+        if let Some(samples) = &mut self.samples {
+            samples.clear(Self::NO_FACE, depth);
+        }
         let [w, barycentrics, corners, derivatives] =
             self.products.map(|is_wanted| if is_wanted { len } else { 0 });
         refill(&mut self.face, len, Self::NO_FACE);
@@ -184,7 +239,7 @@ impl Visibility {
 
     /// The lists in parts of so many rows.
     fn rows(&mut self, rows: usize) -> Vec<SeenRows<'_>> {
-        let len = (self.width as usize * self.layers as usize * rows).max(1);
+        let len = (self.width as usize * self.per_pixel as usize * rows).max(1);
         let mut w = self.w.chunks_mut(len);
         let mut barycentrics = self.barycentrics.chunks_mut(len);
         let mut corners = self.corners.chunks_mut(len);
@@ -233,7 +288,9 @@ fn refill<T: Copy>(list: &mut Vec<T>, len: usize, value: T) {
 /// [`ZBufferRenderer`](crate::ZBufferRenderer) with the same settings draws; of several
 /// [layers](Visibility::with_layers), which the scanline renderer finds, those of the first. Layers are
 /// in the order of their depths at each pixel, of equals that of the lower number is nearer, and
-/// [`DepthMode::InverseW`] counts as [`DepthMode::Standard`] if there are several.
+/// [`DepthMode::InverseW`] counts as [`DepthMode::Standard`] if there are several. With
+/// [samples](Visibility::with_samples) they are those of a [`MultisampleRenderer`] at each sample, whatever
+/// the [rule](Settings::coverage_rule) of coverage is.
 ///
 /// With the feature `parallel` all processors take part. The result is the same to the bit on any number
 /// of them, at every SIMD level, and in tiles.
@@ -247,6 +304,7 @@ pub struct VisibilityRenderer {
     faces: FaceList,
     z_buffer: z_buffer::Drawer,
     scanline: scanline::Drawer,
+    samples: MultisampleRenderer<0>,
     /// The depths that layers are tested against: all the farthest.
     farthest: Vec<f32>,
 }
@@ -265,6 +323,7 @@ impl VisibilityRenderer {
             faces: FaceList::default(),
             z_buffer: z_buffer::Drawer::default(),
             scanline: scanline::Drawer::default(),
+            samples: MultisampleRenderer::new(viewport),
             farthest: Vec::new(),
         }
     }
@@ -278,8 +337,9 @@ impl VisibilityRenderer {
     ) {
         let (vertices, faces) = mesh.into_parts();
         let Self { settings, simd_level: level, planes, faces: list, .. } = self;
+        let has_layers = seen.layers() > 1;
         let mode = match settings.depth {
-            DepthMode::InverseW if seen.layers > 1 => DepthMode::Standard,
+            DepthMode::InverseW if has_layers => DepthMode::Standard,
             mode => mode,
         };
         seen.clear(mode.farthest());
@@ -290,7 +350,9 @@ impl VisibilityRenderer {
         }
         let drawing = (*level, Plan::new(DepthTest::Nearer, true, mode));
         let vertices = &Positions(vertices);
-        let most = if seen.layers > 1 { usize::MAX } else { MOST_AT_ONCE };
+        let most = if has_layers { usize::MAX } else { MOST_AT_ONCE };
+        self.samples.settings.clone_from(settings);
+        self.samples.simd_level = *level;
         let (mut rest, mut is_first) = (faces.into_iter().fuse(), true);
         list.restart();
         while list.collect(&mut rest, most) {
@@ -302,10 +364,13 @@ impl VisibilityRenderer {
                 transparent: Some(&|_| true),
                 is_first,
             };
-            if seen.layers > 1 {
+            if has_layers {
                 let farthest = &mut self.farthest;
                 refill(farthest, seen.width as usize * seen.height as usize, mode.farthest());
                 draw_layers(&call, drawing, &batch, seen, &mut self.scanline, farthest);
+            } else if let Some(mut frame) = seen.samples.take() {
+                draw_samples(&mut self.samples, &batch, seen, &mut frame);
+                seen.samples = Some(frame);
             } else {
                 draw_nearest(&call, drawing, &batch, seen, &mut self.z_buffer);
             }
@@ -346,11 +411,40 @@ fn draw_layers(
 ) {
     let mut target = Band::new((0, 0), seen.width as usize, farthest);
     let (faces, depths) = (&mut seen.face[..], &mut seen.depth[..]);
-    let layers = seen.layers as usize;
+    let layers = seen.per_pixel as usize;
     for_level!(level, simd => {
         let mut keeper = LayerKeeper { simd, layers, faces, depths, pixels_before: 0 };
         let shading = Shading::OnThreads(&mut keeper);
         drawer.draw(call, (level, plan), batch, &mut target, shading);
+    });
+}
+
+/// Faces that are drawn as they are handed over.
+struct Given<'b, 'a>(&'b Batch<'a>);
+
+impl Submit<0> for Given<'_, '_> {
+    fn submit(self, _: &mut GeometryMemory<0>, _: usize, draw: &mut dyn FnMut(&Batch<'_>)) {
+        draw(self.0);
+    }
+}
+
+/// Draws faces where they are nearer at samples than those that are there.
+fn draw_samples(
+    renderer: &mut MultisampleRenderer<0>,
+    batch: &Batch<'_>,
+    seen: &mut Visibility,
+    frame: &mut MultisampleFramebuffer<u32>,
+) {
+    renderer.draw_blocks(frame, Given(batch), |block, faces| *faces = [block.face; LANES]);
+    let (count, in_row) = (seen.per_pixel as usize, seen.width as usize * seen.per_pixel as usize);
+    let parts = ((&mut seen.face[..], in_row), (&mut seen.depth[..], in_row));
+    for_each_part(parts.0, parts.1, |row, faces, depths| {
+        let samples = (0..frame.width()).flat_map(|x| (0..count).map(move |sample| (x, sample)));
+        for ((x, sample), (face, depth)) in samples.zip(faces.iter_mut().zip(depths)) {
+            if let Some(found) = frame.sample(x, row as u32, sample) {
+                (*face, *depth) = found;
+            }
+        }
     });
 }
 
@@ -360,8 +454,9 @@ fn find_weights(call: &DrawCall<'_>, level: Level, batch: &Batch<'_>, seen: &mut
         return;
     }
     let Batch { vertices, faces, .. } = *batch;
-    let (width, layers) = (seen.width as usize, seen.layers as usize);
-    let weights = Weights { call, vertices, faces, width, layers };
+    let (width, per_pixel) = (seen.width as usize, seen.per_pixel as usize);
+    let places = seen.samples().map_or(&[][..], Samples::in_pixels);
+    let weights = Weights { call, vertices, faces, width, per_pixel, places };
     for_each(&mut seen.rows(ROWS), |_, rows| {
         for_level!(level, _simd => weights.find(rows));
     });

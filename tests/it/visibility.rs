@@ -7,7 +7,9 @@ use crate::common::generators::{self, Rng, Shape};
 use crate::common::oracle::{self, Depth, FillRule, Position, Sample, Window};
 use crate::common::{LONG_SEED, in_threads, tally, vertices, viewport};
 use glam::vec4;
-use polyscan::render::{Product, Visibility, VisibilityRenderer};
+use polyscan::render::{
+    MultisampleFramebuffer, MultisampleRenderer, Product, Samples, Visibility, VisibilityRenderer,
+};
 use polyscan::{DepthMode, Framebuffer, Level, Mesh, Vertex, ZBufferRenderer};
 
 const WINDOW: Window = Window { width: 24, height: 17 };
@@ -148,23 +150,30 @@ fn limited(weights: [f64; 3]) -> [f64; 3] {
     inside.map(|b| b / inside.iter().sum::<f64>())
 }
 
-/// The oracle's sample at a pixel of the triangle of three vertices; its value is that of the first
+/// The oracle's sample at a point of the triangle of three vertices; its value is that of the first
 /// parameter.
-fn on_corners(scene: &Scene, corners: [u32; 3], x: u32, y: u32) -> Option<Sample<3>> {
+fn on_corners(scene: &Scene, corners: [u32; 3], point: [f64; 2]) -> Option<Sample<3>> {
     let positions = corners.map(|i| scene.vertices[i as usize].position.to_array());
     let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let centre = [f64::from(x) + 0.5, f64::from(y) + 0.5];
-    oracle::sample_exact(&positions, &units, [0, 1, 2], WINDOW, centre)
+    oracle::sample_exact(&positions, &units, [0, 1, 2], WINDOW, point)
 }
 
-/// Checks weights, w and derivatives of one scene.
+/// Checks weights, w and derivatives of one scene at pixels' centres.
 fn check_weights(seed: u64) -> Seen {
     let scene = Scene::random(seed);
     let mut seen = Visibility::new(WINDOW.width, WINDOW.height, &ALL).expect("a small buffer");
     VisibilityRenderer::new(seen.viewport()).draw(&mut seen, scene.mesh());
+    check_weights_at(seed, &scene, &seen, &[[0, 0]])
+}
+
+/// Checks them at places in 1/256 pixel from each pixel's centre.
+fn check_weights_at(seed: u64, scene: &Scene, seen: &Visibility, places: &[[i32; 2]]) -> Seen {
     let mut tally = Seen::default();
     for (pixel, &face) in seen.face.iter().enumerate() {
-        let (x, y) = (pixel as u32 % WINDOW.width, pixel as u32 / WINDOW.width);
+        let (place, at) = (places[pixel % places.len()], (pixel / places.len()) as u32);
+        let (x, y) = (at % WINDOW.width, at / WINDOW.width);
+        let [right, below] = place.map(|distance| f64::from(distance) / 256.0);
+        let point = [f64::from(x) + 0.5 + right, f64::from(y) + 0.5 + below];
         let (corners, weights) = (seen.corners[pixel], seen.barycentrics[pixel]);
         if face == Visibility::NO_FACE {
             assert!(weights == [0.0; 3] && seen.w[pixel] == 0.0 && corners == [0; 3]);
@@ -172,12 +181,12 @@ fn check_weights(seed: u64) -> Seen {
             continue;
         }
         assert!(corners.iter().all(|i| scene.faces[face as usize].contains(i)), "{corners:?}");
-        let Some(exact) = on_corners(&scene, corners, x, y) else { continue };
-        let place = format!("seed {seed}, pixel {x}, {y}: {weights:?} and {exact:?}");
+        let Some(exact) = on_corners(scene, corners, point) else { continue };
+        let place = format!("seed {seed}, {point:?}: {weights:?} and {exact:?}");
         // Of the triangles that a face of more sides fans into it is one that the centre is in, if any is.
         let face = &scene.faces[face as usize];
         let fan = face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]);
-        let is_in = |triangle| on_corners(&scene, triangle, x, y).is_some_and(|s| s.is_inside());
+        let is_in = |triangle| on_corners(scene, triangle, point).is_some_and(|s| s.is_inside());
         if fan.into_iter().any(is_in) {
             assert!(exact.barycentric.iter().all(|b| *b > -1e-9), "{place}");
         }
@@ -210,6 +219,33 @@ fn check_weights(seed: u64) -> Seen {
 fn weights_w_and_derivatives_are_those_of_rational_arithmetic() {
     let seen = in_threads(0..150, check_weights);
     assert!(seen.pixels > 15_000, "{seen:?}");
+}
+
+/// Checks what is seen at the samples of one scene: faces and depths, which are tested elsewhere, are the
+/// renderer of samples' own.
+fn check_samples(seed: u64) -> Seen {
+    let scene = Scene::random(seed);
+    let samples = [Samples::Four, Samples::Eight, Samples::Sixteen][seed as usize % 3];
+    let (width, height) = (WINDOW.width, WINDOW.height);
+    let mut seen = Visibility::with_samples(width, height, samples, &ALL).expect("a small buffer");
+    VisibilityRenderer::new(seen.viewport()).draw(&mut seen, scene.mesh());
+    assert_eq!((seen.samples(), seen.layers()), (Some(samples), 1));
+    let mut frame = MultisampleFramebuffer::new(width, height, samples, Visibility::NO_FACE)
+        .expect("a small frame");
+    MultisampleRenderer::new(frame.viewport()).draw(&mut frame, scene.mesh(), |f| f.face);
+    for (i, (&face, &depth)) in seen.face.iter().zip(&seen.depth).enumerate() {
+        let (sample, pixel) = (i % samples.count(), (i / samples.count()) as u32);
+        let found = frame.sample(pixel % width, pixel / width, sample);
+        let (own, own_depth) = found.expect("a sample");
+        assert_eq!((face, depth.to_bits()), (own, own_depth.to_bits()), "seed {seed}, {i}");
+    }
+    check_weights_at(seed, &scene, &seen, samples.places())
+}
+
+#[test]
+fn at_samples_are_their_faces_depths_weights_w_and_derivatives() {
+    let seen = in_threads(0..24, check_samples);
+    assert!(seen.pixels > 10_000, "{seen:?}");
 }
 
 /// Checks that of the layers of one scene each is there, in order, with its own depth.
@@ -262,7 +298,7 @@ fn layers_are_complete_and_in_order() {
 
 /// Everything that a buffer holds, as bits.
 fn bits(seen: &Visibility, pixel: usize) -> Vec<u32> {
-    let layers = seen.layers() as usize;
+    let layers = seen.layers() as usize * seen.samples().map_or(1, Samples::count);
     let mut bits = Vec::new();
     for i in pixel * layers..(pixel + 1) * layers {
         bits.extend([seen.face[i], seen.depth[i].to_bits(), seen.w[i].to_bits()]);
@@ -283,10 +319,12 @@ fn a_tile_and_any_level_have_the_same_bits() {
     });
     let scene = Scene::new(shapes.collect());
     let (width, height) = (111, 83);
-    for layers in [1, 3] {
-        let buffer = |width, height| {
-            Visibility::with_layers(width, height, layers, &ALL).expect("a small buffer")
+    for layers in [Some(1), Some(3), None] {
+        let buffer = |width, height| match layers {
+            Some(layers) => Visibility::with_layers(width, height, layers, &ALL),
+            None => Visibility::with_samples(width, height, Samples::Eight, &ALL),
         };
+        let buffer = |width, height| buffer(width, height).expect("a small buffer");
         let mut whole = buffer(width, height);
         let mut renderer = VisibilityRenderer::new(whole.viewport());
         renderer.draw(&mut whole, scene.mesh());

@@ -1,11 +1,16 @@
 //! The package for Python finds the same bits: `python/tests/test_same_bits.py` makes the same scene of whole numbers,
 //! and expects the same hash.
 
-use polyscan::render::{Product, Visibility, VisibilityRenderer};
+use polyscan::render::{Product, Samples, Visibility, VisibilityRenderer};
 use polyscan::{Mesh, Vertex};
 
 /// Of all that is seen in the scene, here and in Python. What is right is for other tests to say.
 const HASH: u64 = 0x1baf_3be8_f2c7_e3a4;
+
+/// The same at 8 samples a pixel.
+const HASH_OF_SAMPLES: u64 = 0xcd4f_9abd_0e35_99d3;
+
+const PRODUCTS: [Product; 3] = [Product::W, Product::Barycentrics, Product::Derivatives];
 
 /// Numbers from 0 to 1 in steps of 2^-24, by a linear congruential generator (Knuth's MMIX).
 fn number(state: &mut u64) -> f32 {
@@ -21,8 +26,8 @@ fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
     bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
 }
 
-#[test]
-fn what_is_seen_has_the_hash_that_python_expects() {
+/// The hash of all that a buffer shows of the scene.
+fn hash_of(seen: &mut Visibility) -> u64 {
     let mut state = 1;
     let vertices: Vec<_> = (0..60)
         .map(|_| {
@@ -33,12 +38,23 @@ fn what_is_seen_has_the_hash_that_python_expects() {
         .collect();
     let faces: Vec<[u32; 3]> =
         (0..80).map(|_| [(); 3].map(|()| (number(&mut state) * 60.0) as u32)).collect();
-    let products = [Product::W, Product::Barycentrics, Product::Derivatives];
-    let mut seen = Visibility::with_layers(101, 77, 2, &products).expect("a small picture");
-    VisibilityRenderer::new(seen.viewport()).draw(&mut seen, Mesh::new(&vertices, &faces));
+    VisibilityRenderer::new(seen.viewport()).draw(seen, Mesh::new(&vertices, &faces));
     let faces = seen.face.iter().map(|face| face.to_le_bytes());
     let floats = seen.w.iter().chain(seen.barycentrics.as_flattened());
     let floats = floats.chain(seen.derivatives.as_flattened().as_flattened());
-    let found = hash(faces.chain(floats.map(|float| float.to_le_bytes())).flatten());
+    hash(faces.chain(floats.map(|float| float.to_le_bytes())).flatten())
+}
+
+#[test]
+fn what_is_seen_has_the_hash_that_python_expects() {
+    let mut seen = Visibility::with_layers(101, 77, 2, &PRODUCTS).expect("a small picture");
+    let found = hash_of(&mut seen);
     assert_eq!(found, HASH, "{found:#x}");
+}
+
+#[test]
+fn what_is_seen_at_samples_has_the_hash_that_python_expects() {
+    let seen = Visibility::with_samples(101, 77, Samples::Eight, &PRODUCTS);
+    let found = hash_of(&mut seen.expect("a small picture"));
+    assert_eq!(found, HASH_OF_SAMPLES, "{found:#x}");
 }

@@ -4,15 +4,15 @@
 texture; `interpolate` and `texture` make pictures of them; `render` draws whole models. Cameras are `Camera`s: OpenCV's,
 perspective, orthographic, or any projection matrix.
 
-Pictures have their first row at the top, and pixel (i, j) is sampled at its centre, (i + 0.5, j + 0.5). Nothing is
-global: threads are set by each call, and a process may fork.
+Pictures have their first row at the top, and pixel (i, j) is sampled at its centre, (i + 0.5, j + 0.5), or at several
+`sample_places` around it. Nothing is global: threads are set by each call, and a process may fork.
 """
 
 from ._arguments import Polygons
 from ._bake import Baked, bake
 from ._camera import Camera, look_at, opengl_pose
 from ._picture import render
-from ._rasterize import Seen, interpolate, rasterize
+from ._rasterize import Seen, interpolate, rasterize, sample_places
 from ._texture import Texture, texture
 
 __version__ = "0.1.0"
@@ -29,5 +29,6 @@ __all__ = [
     "opengl_pose",
     "rasterize",
     "render",
+    "sample_places",
     "texture",
 ]

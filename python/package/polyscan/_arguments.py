@@ -73,12 +73,17 @@ def finite(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     return made
 
 
+def any_number(name: str, value: Any) -> float:
+    """A number, which may be infinite or NaN."""
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} must be a number, not {value!r}") from None
+
+
 def number(name: str, value: Any, least: float = -np.inf, most: float = np.inf) -> float:
     """A number that is finite and within bounds, which may not be met themselves if they are infinite."""
-    try:
-        made = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be a number, not {value!r}") from None
+    made = any_number(name, value)
     if not (np.isfinite(made) and least <= made <= most):
         raise ValueError(f"{name} must be finite and from {least} to {most}, not {made}")
     return made
@@ -96,9 +101,9 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 
 
 def one_of(name: str, value: Any, choices: tuple[str, ...]) -> str:
-    if value not in choices:
+    if not isinstance(value, str) or value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(map(repr, choices))}, not {value!r}")
-    return str(value)
+    return value
 
 
 def size(value: Any) -> tuple[int, int]:
@@ -120,6 +125,14 @@ def tile(value: Any, width: int, height: int) -> tuple[int, int, int, int]:
         raise ValueError(f"tile must be (left, top, width, height) in pixels, not {value!r}") from None
     left, top = whole("tile[0]", left, 0, width - 1), whole("tile[1]", top, 0, height - 1)
     return left, top, whole("tile[2]", wide, 1, width - left), whole("tile[3]", high, 1, height - top)
+
+
+def samples(value: Any) -> int:
+    """How many samples a pixel has."""
+    made = whole("samples", value, 1, 16)
+    if made not in (1, 4, 8, 16):
+        raise ValueError(f"samples must be 1, 4, 8 or 16, not {made}")
+    return made
 
 
 def threads(value: Any) -> int | None:

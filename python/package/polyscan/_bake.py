@@ -31,6 +31,7 @@ class Baked:
     #: Baked faces are triangles, and nothing is differentiated.
     corners: None = None
     derivatives: None = None
+    is_batch: bool = False
 
 
 def bake(

@@ -322,6 +322,7 @@ def _pose(pose: npt.ArrayLike | None) -> np.ndarray:
 def _z_row(near: float, far: float) -> list[float]:
     """z of clip space: w at the near plane, 0 at the far one, so that depths are as fine as f32 can be everywhere."""
     near = arguments.number("near", near, 1e-30)
+    far = arguments.any_number("far", far)
     if far == np.inf:
         return [0.0, 0.0, 0.0, near]
     far = arguments.number("far", far)

@@ -11,6 +11,7 @@ _Floats = npt.NDArray[np.float32]
 def rasterize(
     vertices: npt.NDArray[np.float32] | npt.NDArray[np.float64], faces: _Faces, how: dict[str, Any]
 ) -> tuple[npt.NDArray[np.int32], _Floats, _Floats, _Floats, npt.NDArray[np.uint32]]: ...
+def sample_places(count: int) -> list[list[float]]: ...
 def bake_weights(
     uv: npt.NDArray[np.float32] | npt.NDArray[np.float64],
     faces: npt.NDArray[np.uint32],
@@ -30,7 +31,7 @@ def render_file(path: str, how: dict[str, Any]) -> tuple[npt.NDArray[np.uint8], 
 def render_mesh(
     vertices: npt.NDArray[np.float32] | npt.NDArray[np.float64],
     faces: _Faces,
-    colors: bytes | None,
+    look: dict[str, Any],
     how: dict[str, Any],
 ) -> tuple[npt.NDArray[np.uint8], list[str]]: ...
 

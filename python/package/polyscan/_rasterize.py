@@ -24,10 +24,10 @@ class Seen:
     """What is seen at each pixel. All of it comes from one test, so faces and depths agree everywhere.
 
     The shape of a picture is (height, width); in front of it is the axis of a batch, if there is one, and behind it that
-    of the layers, if there are several, the nearest first.
+    of the layers or samples, if there are several: layers from the nearest on, samples as in `sample_places`.
     """
 
-    #: (..., height, width[, layers]) i32: the number of the face, from 0; -1 where there is none.
+    #: (..., height, width[, layers or samples]) i32: the number of the face, from 0; -1 where there is none.
     face: npt.NDArray[np.int32]
     #: The same shape, f32: the distance ahead of the camera, in the unit of object space; 0 where there is no face.
     depth: npt.NDArray[np.float32]
@@ -42,6 +42,8 @@ class Seen:
     corners: npt.NDArray[np.uint32] | None
     #: The faces, as they were checked.
     faces: Faces
+    #: Whether the first axis is that of a batch.
+    is_batch: bool = False
 
 
 def rasterize(
@@ -52,12 +54,17 @@ def rasterize(
     *,
     barycentrics: bool = True,
     derivatives: bool = False,
+    samples: int = 1,
     layers: int = 1,
     cull: str = "none",
     tile: tuple[int, int, int, int] | None = None,
     threads: int | None = None,
 ) -> Seen:
-    """Finds the face, the depth and the place on the face that is seen at each pixel's centre.
+    """Finds the face, the depth and the place on the face that is seen at each pixel's centre, or at several samples of it.
+
+    With samples all has one more axis. What share of a pixel is covered is `(seen.face >= 0).mean(axis=-1)`; a mask of some
+    faces has soft edges the same way; and attributes without steps at edges are `interpolate(..).mean(axis=-2)`. Depths and
+    faces of different things must not be averaged.
 
     The result is the same to the bit on every machine and with any number of threads.
 
@@ -68,7 +75,10 @@ def rasterize(
     camera: a camera, or a list of b cameras for a batch. `None` is for vertices in clip space, 0 <= z <= w.
     size: width and height in pixels, from 1 to 65536.
     barycentrics, derivatives: whether these are wanted.
-    layers: how many faces are kept of each pixel: the nearest, the one behind it, and so on.
+    samples: 4, 8 or 16 places in each pixel, those of `sample_places`; or 1, its centre. At each of them a face is seen by
+        the same rule as at a centre: edges are exact there, and depths, weights and derivatives are those of that place.
+    layers: how many faces are kept of each pixel: the nearest, the one behind it, and so on. Of several samples only the
+        nearest is.
     cull: "back" leaves out faces that show their backs, whose corners run clockwise in the picture; "front" those that show
         their fronts.
     tile: left column, top row, width and height of a part of the picture, which is the same to the bit as there.
@@ -87,9 +97,12 @@ def rasterize(
         "size": [width, height],
         "tile": list(window),
         "layers": arguments.whole("layers", layers, 1, 64),
+        "samples": arguments.samples(samples),
         "products": [bool(barycentrics), bool(derivatives), not checked.are_triangles],
         "threads": arguments.threads(threads),
     }
+    if how["layers"] > 1 and how["samples"] > 1:
+        raise ValueError("layers must be 1 where there are several samples a pixel")
     count = max(len(views), len(shapes)) if is_batch else 1
     seen = []
     for i in range(count):
@@ -99,8 +112,18 @@ def rasterize(
             seen.append(_one(shape, checked, view, how))
         else:
             seen.append(_bent(shape, checked, view.bend, how))
-    picture = (window[3], window[2]) + ((layers,) if layers > 1 else ())
+    behind = max(how["layers"], how["samples"])
+    picture = (window[3], window[2]) + ((behind,) if behind > 1 else ())
     return _joined(seen, picture, how["products"], checked, is_batch)
+
+
+def sample_places(samples: int) -> npt.NDArray[np.float64]:
+    """Where the samples of a pixel are: (samples, 2), in pixels to the right of the pixel's centre, and below it. They are the
+    standard places of Direct3D and Vulkan for 4, 8 and 16 samples, and the centre for 1.
+
+    Pixel (i, j) is seen at `(i, j) + 0.5 + sample_places(samples)`, counted from the picture's top left corner.
+    """
+    return np.array(_polyscan.sample_places(arguments.samples(samples)))
 
 
 def _one(points: np.ndarray, faces: Faces, view: View, how: dict[str, Any]) -> tuple[np.ndarray, ...]:
@@ -132,7 +155,8 @@ def _bent(points: np.ndarray, faces: Faces, bend: Bend, how: dict[str, Any]) -> 
     part, depth, weights, slopes, corners = _one(np.ascontiguousarray(parts.vertices), cut, view, how)
     left, top, wide, high = how["tile"]
     x, y = np.meshgrid(np.arange(wide) + left + 0.5, np.arange(high) + top + 0.5)
-    place = (np.stack([x, y], axis=-1) - bend.inner[:, 2]) @ np.linalg.inv(bend.inner[:, :2]).T
+    pixel = np.stack([x, y], axis=-1)[:, :, None] + sample_places(how["samples"])
+    place = (pixel - bend.inner[:, 2]) @ np.linalg.inv(bend.inner[:, :2]).T
     shown = np.repeat(bend.lens.shows(place).reshape(-1), how["layers"]) & (part >= 0)
     number = np.where(shown, part, 0)
     if len(parts.parent) == 0:
@@ -163,6 +187,7 @@ def _joined(
         array(3, (3, 2)) if has_derivatives else None,
         array(4, (3,)) if has_corners else None,
         faces,
+        is_batch,
     )
 
 
@@ -206,6 +231,9 @@ def interpolate(
 
     Returns the shape of `seen.face` and (c,), f32, without it if attributes are (n,); and (2,) for derivatives.
     """
+    if not isinstance(seen, (Seen, Baked)):
+        raise ValueError(f"seen must be what `rasterize` or `bake` returned, not {type(seen).__name__}")
+    background = arguments.any_number("background", background)
     weights = seen.derivatives if derivatives else seen.barycentrics
     if weights is None:
         name = "derivatives" if derivatives else "barycentrics"
@@ -213,7 +241,7 @@ def interpolate(
     values = arguments.floats32("attributes", attributes)
     is_flat = values.ndim == 1
     values = values[:, None] if is_flat else values
-    if values.ndim not in (2, 3) or values.ndim == 3 and (seen.face.ndim < 3 or len(values) != len(seen.face)):
+    if values.ndim not in (2, 3) or values.ndim == 3 and not (seen.is_batch and len(values) == len(seen.face)):
         raise ValueError(f"attributes must have the shape (n, c) or (n,), or (b, n, c) for a batch of b, not {values.shape}")
     if faces is not None and seen.corners is not None:
         raise ValueError("faces may be given only where all are triangles")

@@ -56,8 +56,8 @@ class Texture:
         if pixels.ndim != 3 or not 1 <= pixels.shape[2] <= 4 or 0 in pixels.shape:
             raise ValueError(f"picture must have the shape (height, width) or (height, width, 1 to 4), not {pixels.shape}")
         pixels, kind = _stored(pixels, colors)
-        names = (wrap, wrap) if isinstance(wrap, str) else tuple(wrap)
-        if len(names) != 2:
+        names = (wrap, wrap) if isinstance(wrap, str) else wrap
+        if not isinstance(names, (tuple, list)) or len(names) != 2:
             raise ValueError(f"wrap must be a name or a pair of names, not {wrap!r}")
         filters = ("nearest", "bilinear", *_CUBICS)
         chosen = arguments.one_of("filter", filter, filters)

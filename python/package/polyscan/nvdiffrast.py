@@ -1,12 +1,14 @@
 """nvdiffrast's forward calls, with its layout, on numpy arrays:
 
     import polyscan.nvdiffrast as dr
-    rast, rast_db = dr.rasterize(None, pos, tri, resolution=[height, width])
+    glctx = dr.RasterizeCudaContext()
+    rast, rast_db = dr.rasterize(glctx, pos, tri, resolution=[height, width])
     uv, uv_da = dr.interpolate(attr, rast, tri, rast_db=rast_db, diff_attrs="all")
     color = dr.texture(tex, uv, uv_da, filter_mode="linear-mipmap-linear")
 
 Rows run upwards, as in OpenGL and there: turn pictures around with `[:, ::-1]` to look at them. Nothing is
-differentiated, and there is no antialiasing call, which is there for gradients.
+differentiated, and there is no `antialias`, which is there for gradients: take the mean of samples instead
+(`polyscan.rasterize(samples=8)`). Tensors of PyTorch on the CPU are taken as arrays.
 """
 
 from __future__ import annotations
@@ -26,6 +28,17 @@ from ._texture import Texture
 Floats = npt.NDArray[np.float32]
 
 
+class RasterizeCudaContext:
+    """Nothing: it is made where nvdiffrast's is, and takes its arguments."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        pass
+
+
+class RasterizeGLContext(RasterizeCudaContext):
+    """The same."""
+
+
 def rasterize(
     glctx: Any,
     pos: npt.ArrayLike,
@@ -36,7 +49,7 @@ def rasterize(
 ) -> tuple[Floats, Floats]:
     """The triangle that is seen at each pixel.
 
-    glctx: anything; there is no context.
+    glctx: anything: a context here is nothing.
     pos: (b, n, 4) f32, clip space, -w <= z <= w; or (n, 4) with `ranges`.
     tri: (m, 3) i32.
     resolution: height and width in pixels.
@@ -46,6 +59,45 @@ def rasterize(
     Returns (b, height, width, 4) f32: u, v, z/w, triangle number + 1, with 0 for none; u and v are the weights of the first
     and the second corner. And (b, height, width, 4) f32: du/dX, du/dY, dv/dX, dv/dY per pixel, Y upwards.
     """
+    return _layer(0, pos, tri, resolution, ranges, grad_db)
+
+
+class DepthPeeler:
+    """The layers of a picture, one after the other, the nearest first:
+
+    with dr.DepthPeeler(glctx, pos, tri, resolution) as peeler:
+        for i in range(3):
+            rast, rast_db = peeler.rasterize_next_layer()
+
+    At most 64. Arguments and results are those of `rasterize`.
+    """
+
+    def __init__(
+        self,
+        glctx: Any,
+        pos: npt.ArrayLike,
+        tri: npt.ArrayLike,
+        resolution: Sequence[int],
+        ranges: Any = None,
+        grad_db: bool = True,
+    ) -> None:
+        self._scene = (pos, tri, resolution, ranges, grad_db)
+        self._next = 0
+
+    def __enter__(self) -> DepthPeeler:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def rasterize_next_layer(self) -> tuple[Floats, Floats]:
+        self._next += 1
+        return _layer(self._next - 1, *self._scene)
+
+
+def _layer(
+    layer: int, pos: npt.ArrayLike, tri: npt.ArrayLike, resolution: Sequence[int], ranges: Any, grad_db: bool
+) -> tuple[Floats, Floats]:
     points = arguments.floats32("pos", pos)
     try:
         height, width = (int(side) for side in resolution)
@@ -59,7 +111,10 @@ def rasterize(
             raise ValueError(f"pos must have the shape (b, n, 4), or (n, 4) with ranges, not {points.shape}")
         parts = [(shape, 0, faces.total) for shape in points]
     else:
-        bounds = arguments.array("ranges", ranges).astype(np.int64)
+        bounds = arguments.array("ranges", ranges)
+        if bounds.dtype.kind == "f":
+            raise ValueError(f"ranges must be whole numbers, not of {bounds.dtype}")
+        bounds = bounds.astype(np.int64)
         if points.ndim != 2 or points.shape[1] != 4 or bounds.ndim != 2 or bounds.shape[1] != 2:
             raise ValueError("ranges must have the shape (b, 2), and pos (n, 4)")
         if bounds.size and (bounds.min() < 0 or bounds.sum(axis=1).max() > faces.total):
@@ -70,16 +125,22 @@ def rasterize(
     camera = Camera.clip_space(depth_range="minus_one_to_one")
     for i, (shape, start, end) in enumerate(parts):
         triangles = faces.indices[start:end]
-        seen = _rasterize(shape, triangles, camera, (width, height), derivatives=grad_db)
+        try:
+            seen = _rasterize(shape, triangles, camera, (width, height), derivatives=bool(grad_db), layers=layer + 1)
+        except ValueError as error:
+            raise ValueError(str(error).replace("vertices", "pos").replace("size", "resolution")) from None
         assert seen.barycentrics is not None
+        face, weights, slopes = seen.face, seen.barycentrics, seen.derivatives
+        if layer > 0:
+            face, weights = face[..., layer], weights[..., layer, :]
+            slopes = None if slopes is None else slopes[..., layer, :, :]
         # Our rows run downwards.
-        out, face, weights = rast[i, ::-1], seen.face, seen.barycentrics
+        out = rast[i, ::-1]
         out[..., :2] = weights[..., :2]
         out[..., 2] = _z_over_w(shape, triangles, face, weights)
         out[..., 3] = np.where(face >= 0, face + start + 1, 0)
-        if grad_db:
-            assert seen.derivatives is not None
-            down = seen.derivatives[..., :2, :]
+        if slopes is not None:
+            down = slopes[..., :2, :]
             rast_db[i, ::-1] = (down * np.array([1, -1], np.float32)).reshape(height, width, 4)
     return rast, rast_db
 
@@ -130,14 +191,15 @@ def interpolate(
     if values.ndim != 3 or len(values) not in (1, len(seen)):
         raise ValueError(f"attr must have the shape (b, n, c), (1, n, c) or (n, c), not {values.shape}")
     triangles = arguments.faces(tri, values.shape[1], "tri").indices
-    face = seen[..., 3].astype(np.int32) - 1
+    numbers = seen[..., 3]
+    if not ((numbers >= 0) & (numbers < 2.0**31)).all():
+        raise ValueError("rast must have numbers of triangles, from 1 on, or 0 in its last channel")
+    face = numbers.astype(np.int64).astype(np.int32) - 1
     if face.size and face.max() >= len(triangles):
         raise ValueError(f"tri has {len(triangles)} triangles, and rast refers to {face.max()}")
     channels = values.shape[2]
     out = np.zeros((*face.shape, channels), np.float32)
-    chosen = list(range(channels)) if diff_attrs == "all" else [int(i) for i in diff_attrs or ()]
-    if any(not 0 <= i < channels for i in chosen):
-        raise ValueError(f"diff_attrs must be from 0 to {channels - 1}")
+    chosen = _chosen(diff_attrs, channels)
     slopes = np.zeros((*face.shape, len(chosen), 2), np.float32)
     if chosen:
         if rast_db is None:
@@ -155,6 +217,16 @@ def interpolate(
         if chosen:
             _interpolate(value[:, chosen], triangles, face[i], (sides[i], True), slopes[i])
     return out, slopes.reshape(*face.shape, 2 * len(chosen))
+
+
+def _chosen(diff_attrs: Any, channels: int) -> list[int]:
+    """The numbers of the attributes whose derivatives are wanted."""
+    if isinstance(diff_attrs, str) and diff_attrs == "all":
+        return list(range(channels))
+    try:
+        return [arguments.whole("diff_attrs", i, 0, channels - 1) for i in (() if diff_attrs is None else diff_attrs)]
+    except TypeError:
+        raise ValueError(f'diff_attrs must be whole numbers or "all", not {diff_attrs!r}') from None
 
 
 _FILTERS = {
@@ -190,7 +262,7 @@ def texture(
         raise ValueError(f"uv must have the shape (b, height, width, 2), not {points.shape}")
     if pictures.ndim != 4 or len(pictures) not in (1, len(points)):
         raise ValueError(f"tex must have the shape (b, height, width, c) or (1, height, width, c), not {pictures.shape}")
-    if filter_mode == "auto":
+    if isinstance(filter_mode, str) and filter_mode == "auto":
         filter_mode = "linear" if uv_da is None else "linear-mipmap-linear"
     chosen, mip_filter = _FILTERS[arguments.one_of("filter_mode", filter_mode, tuple(_FILTERS))]
     wrap = _BOUNDARIES[arguments.one_of("boundary_mode", boundary_mode, tuple(_BOUNDARIES))]
@@ -202,6 +274,7 @@ def texture(
         if sides.shape != (*points.shape[:3], 4):
             raise ValueError(f"uv_da must have the shape {(*points.shape[:3], 4)}, not {sides.shape}")
         sides = sides.reshape(*points.shape[:3], 2, 2)
+    bias = arguments.number("mip_level_bias", mip_level_bias)
     channels = pictures.shape[3]
     out = np.empty((*points.shape[:3], channels), np.float32)
     for i in range(len(points)):
@@ -212,7 +285,7 @@ def texture(
                 filter=chosen,
                 mip_filter=mip_filter,
                 wrap=wrap,
-                level_bias=mip_level_bias,
+                level_bias=bias,
             )
             colors = part.sample(points[i], None if sides is None else sides[i])
             out[i, ..., first : first + 3] = colors

@@ -28,7 +28,10 @@ pub(crate) struct Weights<'a> {
     pub(crate) vertices: &'a dyn Vertices,
     pub(crate) faces: &'a FaceList,
     pub(crate) width: usize,
-    pub(crate) layers: usize,
+    /// How many elements a pixel has.
+    pub(crate) per_pixel: usize,
+    /// Where in the pixel each of them is, in pixels from its centre; those that have none are there.
+    pub(crate) places: &'static [[f32; 2]],
 }
 
 /// Some rows of a visibility buffer. What is not asked for is empty.
@@ -62,46 +65,48 @@ impl Weights<'_> {
     /// Finds what is known of the faces that are seen in some rows, of those that are in the list.
     #[inline(always)]
     pub(crate) fn find(&self, rows: &mut SeenRows<'_>) {
-        let in_row = self.width * self.layers;
+        let in_row = self.width * self.per_pixel;
         for (row, start) in (0..rows.face.len()).step_by(in_row.max(1)).enumerate() {
-            for layer in 0..self.layers {
-                self.find_in_row(rows, (row + rows.first) as i32, start + layer);
+            for element in 0..self.per_pixel {
+                let place = self.places.get(element).copied().unwrap_or_default().map(f64::from);
+                self.find_in_row(rows, (row + rows.first) as i32, start + element, place);
             }
         }
     }
 
-    /// The same in one layer of one row, whose first pixel is at `start`.
+    /// The same of one element of each pixel of a row; that of the first is at `start`.
     #[inline(always)]
-    fn find_in_row(&self, rows: &mut SeenRows<'_>, row: i32, start: usize) {
+    fn find_in_row(&self, rows: &mut SeenRows<'_>, row: i32, start: usize, place: [f64; 2]) {
+        let y = self.call.projection.ndc_y(row, place[1]);
         let mut x = 0;
         while x < self.width {
-            let face_at = |x: usize| rows.face[start + x * self.layers];
+            let face_at = |x: usize| rows.face[start + x * self.per_pixel];
             let (first, number) = (x, face_at(x));
             while x < self.width && face_at(x) == number {
                 x += 1;
             }
             if let Some(face) = self.faces.with_number(number) {
-                self.find_along(rows, (row, face), start, first..x);
+                self.find_along(rows, (face, [place[0], y]), start, first..x);
             }
         }
     }
 
-    /// The same at neighbouring pixels where one face is seen.
+    /// The same at neighbouring pixels where one face is seen, so far right of their centres, at a Y in
+    /// normalized device coordinates.
     #[inline(always)]
     fn find_along(
         &self,
         rows: &mut SeenRows<'_>,
-        (row, face): (i32, &[u32]),
+        (face, [right, y]): (&[u32], [f64; 2]),
         start: usize,
         columns: Range<usize>,
     ) {
-        let y = self.call.projection.ndc_y(row);
         if let &[a, b, c] = face {
             let Some(corners) = self.corners([a, b, c], y) else { return };
             for first in columns.clone().step_by(AT_ONCE) {
                 let some = first..columns.end.min(first + AT_ONCE);
-                let found = corners.weights(&self.centres(first));
-                self.store(rows, ([a, b, c], &corners), start, some, &found);
+                let found = corners.weights(&self.places_from(first, right));
+                self.store(rows, ([a, b, c], &corners), (start, right), some, &found);
             }
             return;
         }
@@ -110,24 +115,24 @@ impl Weights<'_> {
             for pair in face.get(1..).unwrap_or_default().windows(2) {
                 let indices = [face[0], pair[0], pair[1]];
                 let Some(corners) = self.corners(indices, y) else { continue };
-                let found = corners.weights(&self.centres(x));
+                let found = corners.weights(&self.places_from(x, right));
                 let least = found.unlimited.iter().map(|b| b[0]).fold(f64::INFINITY, f64::min);
                 if best.as_ref().is_none_or(|(most, ..)| least > *most) {
                     best = Some((least, indices, corners, found));
                 }
             }
             if let Some((_, indices, corners, found)) = best {
-                self.store(rows, (indices, &corners), start, x..x + 1, &found);
+                self.store(rows, (indices, &corners), (start, right), x..x + 1, &found);
             }
         }
     }
 
-    /// X of the centres of pixels from a column of the framebuffer on.
+    /// X of places right of the centres of pixels, from a column of the framebuffer on.
     #[inline(always)]
-    fn centres(&self, first: usize) -> [f64; AT_ONCE] {
+    fn places_from(&self, first: usize, right: f64) -> [f64; AT_ONCE] {
         std::array::from_fn(
             #[inline(always)]
-            |lane| self.call.projection.ndc_x((first + lane) as i32),
+            |lane| self.call.projection.ndc_x((first + lane) as i32, right),
         )
     }
 
@@ -148,13 +153,13 @@ impl Weights<'_> {
         &self,
         rows: &mut SeenRows<'_>,
         (indices, corners): ([u32; 3], &Corners),
-        start: usize,
+        (start, right): (usize, f64),
         columns: Range<usize>,
         found: &Found,
     ) {
         let size = self.call.projection.pixels();
         for (lane, x) in columns.enumerate() {
-            let (at, lane) = (start + x * self.layers, lane % AT_ONCE);
+            let (at, lane) = (start + x * self.per_pixel, lane % AT_ONCE);
             if let Some(w) = rows.w.get_mut(at) {
                 *w = found.w[lane] as f32;
             }
@@ -166,7 +171,8 @@ impl Weights<'_> {
             }
             if let Some(derivatives) = rows.derivatives.get_mut(at) {
                 let b = found.unlimited.map(|b| b[lane]);
-                *derivatives = corners.derivatives(self.call.projection.ndc_x(x as i32), b, size);
+                let x = self.call.projection.ndc_x(x as i32, right);
+                *derivatives = corners.derivatives(x, b, size);
             }
         }
     }
