@@ -1,5 +1,7 @@
 //! Memory for pictures of several samples a pixel, and the picture that they make.
 
+use std::ops::{Deref, DerefMut};
+
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::color::{Color, decode};
@@ -92,15 +94,15 @@ fn average_srgb8(colors: &[[u8; 4]]) -> [u8; 4] {
 
 /// A picture with several samples a pixel, each with a colour and an f32 depth, to be drawn by a
 /// [`MultisampleRenderer`](crate::render::MultisampleRenderer) and then [resolved](Self::resolve).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct MultisampleFramebuffer<C> {
     width: u32,
     height: u32,
     samples: Samples,
     /// Row by row from the top, in each row sample by sample, of each sample pixel by pixel, and
     /// then some of which nobody asks.
-    color: Vec<C>,
-    depth: Vec<f32>,
+    color: CacheLines<C>,
+    depth: CacheLines<f32>,
     /// Row by row, for each 16 pixels of a row one.
     tiles: Vec<Tile>,
 }
@@ -118,10 +120,52 @@ pub(crate) struct Tile {
 impl Tile {
     pub(crate) const CLEAR: Self = Self { is_whole: true, change: [0.0; 2] };
 
+    /// How much more or less the depth is at most at any place in a pixel than at its centre.
+    #[inline(always)]
+    pub(crate) fn reach(change: [f32; 2]) -> f32 {
+        change[0].abs() * 0.5 + change[1].abs() * 0.5
+    }
+
     /// How much more the depth is at a place than at the pixel's centre.
     #[inline(always)]
     pub(crate) fn change_at(change: [f32; 2], [x, y]: [f32; 2]) -> f32 {
         change[0] * x + change[1] * y
+    }
+}
+
+/// Elements the first of which is at the beginning of a cache line, if their size allows it: blocks of [`LANES`] then lie
+/// in whole lines. A copy need not.
+#[derive(Clone, Debug)]
+struct CacheLines<T> {
+    elements: Vec<T>,
+    /// How many there are before the first.
+    before: usize,
+}
+
+impl<T: Copy> CacheLines<T> {
+    fn new(len: usize, value: T) -> Option<Self> {
+        const LINE: usize = 64;
+        let size = size_of::<T>().max(1);
+        let elements = filled(len.checked_add(LINE / size)?, value)?;
+        let after = elements.as_ptr().addr() % LINE;
+        let before = (0..LINE / size).find(|before| (after + before * size) % LINE == 0);
+        Some(Self { elements, before: before.unwrap_or(0) })
+    }
+}
+
+impl<T> Deref for CacheLines<T> {
+    type Target = [T];
+
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        &self.elements[self.before..]
+    }
+}
+
+impl<T> DerefMut for CacheLines<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.elements[self.before..]
     }
 }
 
@@ -142,9 +186,11 @@ impl<C: Copy> MultisampleFramebuffer<C> {
         let reason = "there is not enough memory for its samples; draw in tiles with \
                       `Viewport::with_corner`, or with fewer samples";
         let error = SizeError::new(width, height, reason);
-        let len = stride(width).checked_mul(samples.count() * height as usize).ok_or(error)?;
-        let (color, depth) = (filled(len, color).ok_or(error)?, filled(len, 1.0).ok_or(error)?);
-        let tiles = stride(width) / LANES * height as usize;
+        let stride = stride(width);
+        let len = stride.checked_mul(samples.count() * height as usize).ok_or(error)?;
+        let color = CacheLines::new(len, color).ok_or(error)?;
+        let depth = CacheLines::new(len, 1.0).ok_or(error)?;
+        let tiles = stride / LANES * height as usize;
         let tiles = filled(tiles, Tile::CLEAR).ok_or(error)?;
         Ok(Self { width, height, samples, color, depth, tiles })
     }
@@ -153,10 +199,11 @@ impl<C: Copy> MultisampleFramebuffer<C> {
     /// [farthest](crate::DepthMode::farthest), which is 1.0 unless depth is reversed or 1/w.
     pub fn clear(&mut self, color: C, depth: f32) {
         let (stride, in_row) = (self.stride(), self.stride() * self.samples.count());
+        let (colors, depths) = (&mut *self.color, &mut *self.depth);
         for row in 0..self.height as usize {
             let first = row * in_row..row * in_row + stride;
-            self.color[first.clone()].fill(color);
-            self.depth[first].fill(depth);
+            colors[first.clone()].fill(color);
+            depths[first].fill(depth);
         }
         self.tiles.fill(Tile::CLEAR);
     }
@@ -180,6 +227,23 @@ impl<C: Copy> MultisampleFramebuffer<C> {
             return (self.color[at], self.depth[at] + Tile::change_at(tile.change, place));
         }
         (self.color[at + sample * stride], self.depth[at + sample * stride])
+    }
+}
+
+impl<C: Copy + PartialEq> PartialEq for MultisampleFramebuffer<C> {
+    /// Whether all samples have the same colours and depths.
+    fn eq(&self, other: &Self) -> bool {
+        let size = |frame: &Self| (frame.width, frame.height, frame.samples);
+        let mut rows = 0..self.height as usize;
+        size(self) == size(other)
+            && rows.all(|row| {
+                (0..self.width as usize).all(|x| {
+                    let mut samples = 0..self.samples.count();
+                    samples.all(|sample| {
+                        self.sample_at(row, x, sample) == other.sample_at(row, x, sample)
+                    })
+                })
+            })
     }
 }
 
