@@ -19,8 +19,8 @@
 //! | memory | the framebuffer | some rows, the faces that cross them, 24 bytes for each face | the framebuffer, some 80 bytes for each piece | the framebuffer |
 //! | drawing in steps | yes: depth stays in the framebuffer | a scene at once; over what a framebuffer holds | a tree at once, over what a framebuffer shows | as by tree |
 //!
-//! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own; the others draw large
-//! and take [`Framebuffer::downsampled`]. What is seen as numbers, faces and barycentrics, a
+//! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own, and pixels covered in part by their
+//! exact areas by an [`AreaRenderer`], in painter's order; the others draw large and take [`Framebuffer::downsampled`]. What is seen as numbers, faces and barycentrics, a
 //! [`VisibilityRenderer`] finds: by the z-buffer, and by the scanline renderer where several layers are
 //! wanted.
 //!
@@ -59,9 +59,11 @@ mod painter;
 mod scanline;
 mod visibility;
 mod samples;
+mod area;
 #[cfg(feature = "png")]
 mod png_file;
 
+pub use self::area::{AreaOrder, AreaRenderer};
 pub use self::bsp::BspTree;
 pub use self::depth::DepthTest;
 pub use self::faces::FaceIndices;

@@ -39,6 +39,7 @@ mod three_renderers;
 mod front;
 mod visibility;
 mod samples;
+mod area;
 mod blending;
 
 mod texture;
