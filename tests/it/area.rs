@@ -199,7 +199,7 @@ fn mesh(rng: &mut Rng) -> (Vec<Position>, Vec<Vec<u32>>) {
 
 #[test]
 fn areas_over_a_mesh_are_full_to_the_last_unit() {
-    let seen = in_threads(0..200, |seed| {
+    let seen = in_threads(0..50, |seed| {
         let (positions, faces) = mesh(&mut Rng::new(seed));
         let mut table = AreaTable::new();
         let mut sums = vec![0; (WINDOW.width * WINDOW.height) as usize];
@@ -219,12 +219,12 @@ fn areas_over_a_mesh_are_full_to_the_last_unit() {
         seen
     });
     println!("{seen:?}");
-    assert!(seen.polygons > 40_000 && seen.in_part > 400_000, "{seen:?}");
+    assert!(seen.polygons > 20_000 && seen.in_part > 80_000, "{seen:?}");
 }
 
 #[test]
 fn a_mesh_from_front_to_back_has_no_seams() {
-    for seed in 0..50 {
+    for seed in 0..20 {
         let (positions, faces) = mesh(&mut Rng::new(seed));
         let vertices = bare(&positions);
         let mut frame = Framebuffer::new(WINDOW.width, WINDOW.height, Vec4::ZERO).expect("small");

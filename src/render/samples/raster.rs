@@ -37,7 +37,7 @@ const AT_ONCE: usize = 8;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleRaster {
     pub(crate) samples: Samples,
-    /// How many elements are between two samples of a pixel.
+    /// How many elements a row has for each sample.
     pub(crate) stride: usize,
     pub(crate) at_centroid: bool,
 }
@@ -197,13 +197,13 @@ impl Drawing<'_, '_> {
     fn draw_pairs(&mut self, all: &RunGroup, first: i32, count: usize, pieces: &mut Pieces) {
         let _ = self.start(all, pieces);
         let (at, (tile, place)) = self.at(all, 0, first);
-        let (width, tiles) = (self.band.width, self.raster.stride / LANES);
+        let (stride, tiles) = (self.raster.stride, self.raster.stride / LANES);
         let samples = self.raster.samples.count();
         for block in &mut pieces.small[..count] {
             for half in 0..2 {
                 let row = block.rows[half];
                 block.steps[half] = (first - pieces.values.x[row % ROWS]) as f32;
-                block.at[half] = at.wrapping_add(row.wrapping_mul(width));
+                block.at[half] = at.wrapping_add(row.wrapping_mul(stride));
                 block.tiles[half] = (tile.wrapping_add(row.wrapping_mul(tiles)), place);
             }
             block.put_empty_half_beside();
@@ -309,7 +309,7 @@ impl Drawing<'_, '_> {
         let (column, row) = (self.band.column(x + column), y + all.y + row as i32);
         let row = (row - self.band.first) as usize;
         let tile = row.wrapping_mul(self.raster.stride / LANES).wrapping_add(column / LANES);
-        (row.wrapping_mul(self.band.width).wrapping_add(column), (tile, column % LANES))
+        (row.wrapping_mul(self.raster.stride).wrapping_add(column), (tile, column % LANES))
     }
 
     /// Draws two short rows, each by half a block.
@@ -434,7 +434,7 @@ impl Drawing<'_, '_> {
             blocks,
             places: self.raster.samples.in_pixels(),
             change: self.surface.change(component),
-            stride: self.raster.stride,
+            plane: self.band.rows().len() * self.raster.stride,
             comparison: self.plan.comparison,
             writes: self.plan.writes,
             is_inverse_w: self.plan.is_inverse_w,

@@ -13,7 +13,7 @@ use crate::fragment::FragmentBlock;
 use crate::fragment::block::{ALL, AtCentres, Block, HALF_BLOCK, LANES, Lanes, TwoRows};
 use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
-use crate::render::samples::frame::Tile;
+use crate::render::samples::frame::{Tile, offset};
 use crate::render::shader::{
     Aligned, BandDepths, BlockFunction, FragmentFunction, MOST_SAMPLES, NEST, PartBlocks, Patch,
     PerBlock, PerFragment, SampleBlock, SampleBlocks, ShadeBlocks, ShadeOnThreads, Shader,
@@ -25,7 +25,7 @@ use crate::surface::rows::{RowValues, SurfaceView};
 pub(crate) struct SampleColors<'a, C> {
     colors: &'a mut [C],
     at: [usize; 2],
-    stride: usize,
+    plane: usize,
     /// The pixels of which each sample is visible, a bit a lane; after shading, those that were drawn.
     pub(crate) visible: &'a mut [u32],
 }
@@ -34,7 +34,7 @@ impl<C> SampleColors<'_, C> {
     /// The colours of a sample, in half of the pixels.
     #[inline(always)]
     fn half(&mut self, sample: usize, half: usize) -> Option<&mut [C; HALF_BLOCK]> {
-        let at = self.at[half].wrapping_add(sample * self.stride);
+        let at = self.at[half].wrapping_add(offset(sample, self.plane));
         self.colors.get_mut(at..)?.first_chunk_mut()
     }
 }
@@ -354,9 +354,9 @@ fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
                 let (places, mut depth) = (places(simd, part, set), [0.0; LANES]);
                 block.off_centre(surface, values, s, places, (&mut depth, fragments.found()));
                 fragments.depth = depth;
-                let (colors, stride) = (&mut *memory.colors, set.stride);
+                let (colors, plane) = (&mut *memory.colors, set.plane);
                 let visible = &mut visible[..count];
-                let samples = SampleColors { colors, at: part.at, stride, visible: &mut *visible };
+                let samples = SampleColors { colors, at: part.at, plane, visible: &mut *visible };
                 shader.shade(simd, &mut fragments, samples);
                 if set.writes {
                     memory.store(&block, part, (surface, values, visible));
@@ -459,11 +459,11 @@ impl<C: Copy> Memory<'_, C> {
     /// The same where the shader has discarded some pixels. The first sample has its colours already.
     #[inline(never)]
     fn store_discarded(&mut self, part: &SampleBlock, depth: Lanes, drawn: u32) {
-        let SampleBlocks { places, change, stride, .. } = *self.set;
+        let SampleBlocks { places, change, plane, .. } = *self.set;
         self.make_apart(part);
         for lane in (0..LANES).filter(|lane| drawn >> lane & 1 != 0) {
             for (sample, place) in places.iter().enumerate() {
-                let at = part.at[0] + lane + sample * stride;
+                let at = part.at[0] + lane + offset(sample, plane);
                 self.colors[at] = self.colors[part.at[0] + lane];
                 self.depths[at] = depth[lane] + Tile::change_at(change, *place);
             }
@@ -488,7 +488,7 @@ impl<C: Copy> Memory<'_, C> {
 
     #[inline(never)]
     fn take_apart(&mut self, tile: usize, start: usize) {
-        let SampleBlocks { places, stride, .. } = *self.set;
+        let SampleBlocks { places, plane, .. } = *self.set;
         let Some(tile) = self.tiles.get_mut(tile) else { return };
         tile.is_whole = false;
         let Some(&depths) = self.depths.get(start..).and_then(<[f32]>::first_chunk::<LANES>) else {
@@ -496,14 +496,14 @@ impl<C: Copy> Memory<'_, C> {
         };
         for (sample, place) in places.iter().enumerate() {
             let change = Tile::change_at(tile.change, *place);
-            let start = start + sample * stride;
+            let start = start + offset(sample, plane);
             let new = self.depths.get_mut(start..).and_then(<[f32]>::first_chunk_mut::<LANES>);
             if let Some(new) = new {
                 *new = depths.map(|depth| depth + change);
             }
         }
         for sample in 1..places.len() {
-            self.colors.copy_within(start..start + LANES, start + sample * stride);
+            self.colors.copy_within(start..start + LANES, start + offset(sample, plane));
         }
     }
 
@@ -515,12 +515,12 @@ impl<C: Copy> Memory<'_, C> {
         part: &SampleBlock,
         (surface, values, visible): (&SurfaceView<'_>, &RowValues, &mut [u32]),
     ) -> u32 {
-        let SampleBlocks { comparison, stride, is_inverse_w, .. } = *self.set;
+        let SampleBlocks { comparison, plane, is_inverse_w, .. } = *self.set;
         let mut any = 0;
         for (sample, visible) in visible.iter_mut().enumerate() {
             let change = self.changes[sample % MOST_SAMPLES];
             let new = block.compared(surface, values, change, is_inverse_w);
-            let old = load(block.simd(), self.depths, part.at, sample * stride);
+            let old = load(block.simd(), self.depths, part.at, offset(sample, plane));
             let passes = match comparison {
                 // The usual one on its own.
                 Comparison::Less => Comparison::Less.passes(new, old),
@@ -540,11 +540,11 @@ impl<C: Copy> Memory<'_, C> {
         part: &SampleBlock,
         (surface, values, drawn): (&SurfaceView<'_>, &RowValues, &[u32]),
     ) {
-        let SampleBlocks { stride, is_inverse_w, .. } = *self.set;
+        let SampleBlocks { plane, is_inverse_w, .. } = *self.set;
         for (sample, drawn) in drawn.iter().enumerate() {
             let change = self.changes[sample % MOST_SAMPLES];
             let new = block.compared(surface, values, change, is_inverse_w);
-            let at = part.at.map(|at| at.wrapping_add(sample * stride));
+            let at = part.at.map(|at| at.wrapping_add(offset(sample, plane)));
             store(block.simd(), self.depths, at, (*drawn, new));
         }
     }
@@ -590,7 +590,7 @@ fn is_whole_visible<S: Simd>(
                     old = first;
                     if sample > 0 {
                         let (others, before) = others;
-                        let at = (sample * set.stride).wrapping_sub(before);
+                        let at = offset(sample, set.plane).wrapping_sub(before);
                         let Some(other) = others.get(at..).and_then(<[f32]>::first_chunk) else {
                             return false;
                         };

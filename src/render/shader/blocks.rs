@@ -165,8 +165,8 @@ pub(crate) struct SampleBlocks<'p> {
     pub(crate) places: &'p [[f32; 2]],
     /// The changes per pixel, to the right and downwards, of what is compared.
     pub(crate) change: [f32; 2],
-    /// How many elements are between two samples of a pixel.
-    pub(crate) stride: usize,
+    /// How many elements each sample has in the band.
+    pub(crate) plane: usize,
     pub(crate) comparison: Comparison,
     /// Whether depth is stored.
     pub(crate) writes: bool,
