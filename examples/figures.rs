@@ -7,6 +7,8 @@
 //! - Low, "Perspective-Correct Interpolation" (2002), figure 1: the middle of a line's picture is not the picture of its
 //!   middle.
 //! - Scratchapixel's triangle with its numbers, at 512 x 512.
+//! - Catmull, "A Hidden-Surface Algorithm with Anti-Aliasing" (1978): pixels covered in part, by their centres, by 4 and 16
+//!   samples, and by exact area, which the samples come near to.
 //!
 //! Each becomes a PNG file and an SVG file, and all of them a sheet.
 //!
@@ -22,14 +24,15 @@ use std::process::ExitCode;
 use lexopt::{Arg, Parser, ValueExt as _};
 use polyscan::color::Color;
 use polyscan::glam::camera::rh::proj::directx::perspective;
-use polyscan::glam::{Mat4, Vec2, Vec3, vec2, vec3, vec4};
+use polyscan::glam::{Mat4, Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use polyscan::parameters::{self, PolygonValues, Subdivision};
+use polyscan::render::{AreaRenderer, MultisampleFramebuffer, MultisampleRenderer, Samples};
 use polyscan::{Framebuffer, Interpolation, ScanConverter, Vertex, Viewport, ZBufferRenderer};
 
 mod cli;
 
 const HELP: &str = "\
-Remake the figures of Heckbert and Moreton, of Low, and Scratchapixel's triangle.
+Remake the figures of Heckbert and Moreton, of Low, Scratchapixel's triangle, and show pixels covered in part.
 
 Usage: figures [OPTIONS]
 
@@ -77,6 +80,7 @@ fn draw() -> Result<(), Box<dyn Error>> {
         ("polygon-values", any_values(tile)?),
         ("scratchapixel", scratchapixel()?),
         ("low-1", low()?),
+        ("coverage", covered_in_part(tile)?),
     ];
     let folder = output.with_extension("");
     cli::make_folder_of(&folder.join("figure"))?;
@@ -356,6 +360,65 @@ fn any_values(size: u32) -> Result<Figure, Box<dyn Error>> {
     }
     figure.caption(0, "any values, along edges and rows: they depend on the turn");
     figure.caption(1, "by mean value coordinates");
+    Ok(figure)
+}
+
+// ------------------------------------------------------------------------------------------- Catmull
+
+/// A fan of thin blades: what is between them is thinner still.
+fn blades() -> Vec<[Vertex<0>; 3]> {
+    let tip = |angle: f32, length: f32| {
+        let [x, y] = (Vec2::from_angle(angle.to_radians()) * length).into();
+        Vertex::new(vec4(x - 0.9, y - 0.9, 0.5, 1.0), [])
+    };
+    let blade = |i: u8| {
+        let angle = 5.0 + 8.0 * f32::from(i);
+        [tip(angle, 0.02), tip(angle, 1.8), tip(angle + 4.0, 1.8)]
+    };
+    (0..11).map(blade).collect()
+}
+
+/// A fan, a few pixels of which become a tile: by centres, by samples, by area; and how far the samples are off.
+fn covered_in_part(size: u32) -> Result<Figure, Box<dyn Error>> {
+    const PIXELS: u32 = 25;
+    let blades = blades();
+    let mut frame = Framebuffer::new(PIXELS, PIXELS, Vec4::ZERO)?;
+    let mut renderer = AreaRenderer::new(frame.viewport());
+    for blade in &blades {
+        renderer.draw(&mut frame, blade, |_| Vec4::ONE);
+    }
+    let areas: Vec<f32> = frame.color().iter().map(|color| color.w).collect();
+    let mut centres = Framebuffer::new(PIXELS, PIXELS, 0.0f32)?;
+    let mut renderer = ZBufferRenderer::new(centres.viewport());
+    blades.iter().for_each(|blade| renderer.draw(&mut centres, blade, |_| 1.0f32));
+    let sampled = |samples| -> Result<Vec<f32>, Box<dyn Error>> {
+        let mut frame = MultisampleFramebuffer::new(PIXELS, PIXELS, samples, 0.0f32)?;
+        let mut renderer = MultisampleRenderer::new(frame.viewport());
+        blades.iter().for_each(|blade| renderer.draw(&mut frame, blade, |_| 1.0f32));
+        Ok(frame.resolve()?.color().to_vec())
+    };
+    let (four, sixteen) = (sampled(Samples::Four)?, sampled(Samples::Sixteen)?);
+    let mut figure = Figure::of_tiles(size, 4, 2);
+    let all = [centres.color(), &four, &sixteen, &areas];
+    for (column, covered) in (0..).zip(all) {
+        let mut picture = Framebuffer::new(size, size, PAPER)?;
+        let mut off = picture.clone();
+        for y in 0..size {
+            for x in 0..size {
+                let [column, row] = [x, y].map(|place| place * PIXELS / size);
+                let pixel = (row * PIXELS + column) as usize;
+                let difference = covered[pixel] - areas[pixel];
+                let tint = if difference > 0.0 { RED } else { BLUE };
+                let at = (y * size + x) as usize;
+                picture.color_mut()[at] = PAPER.lerp(INK, covered[pixel]);
+                off.color_mut()[at] = PAPER.lerp(tint, (difference.abs() * 4.0).min(1.0));
+            }
+        }
+        figure.put(column, 0, picture);
+        figure.put(column, 1, off);
+    }
+    figure.caption(0, "pixels covered in part: by centres, by 4 and 16 samples, by area");
+    figure.caption(1, "four times what they are off the area: red too much, blue too little");
     Ok(figure)
 }
 

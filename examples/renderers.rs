@@ -6,6 +6,10 @@
 //! order, and they have none. What is left are a few pixels in whose middle two faces meet: there the
 //! painter's tree decides by planes, the others by depth.
 //!
+//! All four are compared at the samples of a larger picture, of which each pixel is the mean. A z-buffer needs no larger
+//! one for that: it is drawn once more with as many samples a pixel, each face shaded once a pixel. Areas would be no
+//! way to join faces here: they have seams where faces meet, from back to front, and know no glass from front to back.
+//!
 //! ```text
 //! cargo run --release --example renderers
 //! ```
@@ -23,7 +27,7 @@ use polyscan::Model;
 use polyscan::camera::{Camera, Sphere};
 use polyscan::glam::{EulerRot, Mat4, Quat, Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use polyscan::obj::Loader;
-use polyscan::render::{Additive, Over};
+use polyscan::render::{Additive, MultisampleFramebuffer, MultisampleRenderer, Over, Samples};
 use polyscan::{
     BspTree, Fragment, Framebuffer, Mesh, PainterRenderer, ScanlineRenderer, Vertex,
     ZBufferRenderer,
@@ -46,17 +50,17 @@ Options:
       --yaw <DEGREES>    Turn of the camera around the model, to the right [default: 30]
       --pitch <DEGREES>  Height of the camera over the model's level [default: 20]
       --up <AXIS>        The axis of the model that is up: y, z, -y and so on [default: y]
-      --output <FILE>    The PNG file to write: the scene, and beside it in red where the z-buffer
-                         draws it otherwise [default: target/renderers.png]
+      --output <FILE>    The PNG file to write: the scene by the scanline renderer, and beside it the
+                         z-buffer's in grey, in red where that is another [default: target/renderers.png]
       --size <SIZE>      Width and height of the scene in pixels, up to 8192 each
                          [default: 480x360]
+      --samples <COUNT>  Samples a pixel: 1, 4, 8 (3 x 3 where all renderers are compared) or 16
+                         [default: 4]
       --frames <NUMBER>  How often each renderer is timed, from 1 to 1000; the median is shown
                          [default: 7]
   -h, --help             Show this help
 ";
 
-/// Each pixel is the mean of this many samples in x and in y.
-const SAMPLES: u32 = 2;
 /// Floats that go from the vertices to the pixels.
 const N: usize = Surface::LEN;
 /// The colour behind everything, in linear light.
@@ -73,19 +77,28 @@ fn draw_and_compare() -> Result<(), Box<dyn Error>> {
     let scene = Scene::around(&model);
     let (width, height) = options.size;
     let camera = options.view.turned(Camera::around(scene.sphere, width as f32 / height as f32));
-    let size = (width * SAMPLES, height * SAMPLES);
+    let side = options.samples_in_a_row();
+    let size = (width * side, height * side);
 
-    let timings = 2 * RENDERERS.len() as u64 * u64::from(options.frames);
+    let pictures = 2 * RENDERERS.len() as u64 + u64::from(options.samples.is_some());
+    let timings = pictures * u64::from(options.frames);
     let bar = ProgressBar::new(timings)
         .with_style(ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left")?);
     let opaque = compare(&scene, scene.glass, &camera, size, options.frames, &bar)?;
     let all = compare(&scene, scene.faces.len(), &camera, size, options.frames, &bar)?;
+    let multisampled = Multisampled::draw(&scene, &camera, &options, &bar)?;
     bar.finish_and_clear();
     println!("{}, {} x {} samples", options.view.model.display(), size.0, size.1);
     opaque.print("opaque faces");
     all.print("with three panes of glass that cross");
+    if let Some(Multisampled { milliseconds, .. }) = &multisampled {
+        println!(
+            "\nz-buffer, as many samples, each face shaded once a pixel: {milliseconds:.1} ms"
+        );
+    }
 
-    picture(&all)?.save_png(&options.output)?;
+    let z_buffer = multisampled.map(|multisampled| multisampled.frame);
+    picture(&all, z_buffer, side)?.save_png(&options.output)?;
     println!("\nwrote {}", options.output.display());
     Ok(())
 }
@@ -200,19 +213,73 @@ impl Comparison {
     }
 }
 
-/// The scene, and beside it in red on grey where the z-buffer's picture is another.
-fn picture(comparison: &Comparison) -> Result<Framebuffer<Vec4>, Box<dyn Error>> {
-    let [z_buffer, .., scanline] = comparison.results.as_slice() else {
+/// The z-buffer's picture with several samples a pixel.
+struct Multisampled {
+    milliseconds: f64,
+    frame: Framebuffer<Vec4>,
+}
+
+impl Multisampled {
+    /// Draws the whole scene; `None` if one sample a pixel is asked for.
+    fn draw(
+        scene: &Scene<'_>,
+        camera: &Camera,
+        options: &Options,
+        bar: &ProgressBar,
+    ) -> Result<Option<Self>, Box<dyn Error>> {
+        let Some(samples) = options.samples else { return Ok(None) };
+        let (matrix, lamp) = (camera.clip_from_object(), Lamp::beside(camera));
+        let (width, height) = options.size;
+        let mut large = MultisampleFramebuffer::new(width, height, samples, BACKGROUND)?;
+        let mut frame = large.resolve()?;
+        let mut runs: Vec<f64> = Vec::new();
+        for _ in 0..options.frames {
+            let start = Instant::now();
+            large.clear(BACKGROUND, 1.0);
+            let vertices = scene.seen_by(matrix);
+            let panes = scene.panes(scene.faces.len(), &vertices);
+            let mut z_buffer = MultisampleRenderer::new(large.viewport());
+            let opaque = Mesh::new(&vertices, &scene.faces[..scene.glass]);
+            z_buffer.draw(&mut large, opaque, |f| scene.shade(f.face as usize, f, &lamp));
+            z_buffer.depth_write = false;
+            let sorted = panes.iter().map(|&face| &scene.faces[face]);
+            z_buffer.draw(&mut large, Mesh::new(&vertices, sorted), |f| {
+                scene.shade(panes[f.face as usize], f, &lamp)
+            });
+            frame = large.resolve()?;
+            runs.push(milliseconds(start));
+            bar.inc(1);
+        }
+        runs.sort_by(f64::total_cmp);
+        Ok(Some(Self { milliseconds: runs[runs.len() / 2], frame }))
+    }
+}
+
+/// The scene by the scanline renderer, and beside it the z-buffer's in grey, in red as far as it is
+/// another. `side` is how many samples a pixel of the comparison has in each direction.
+fn picture(
+    comparison: &Comparison,
+    z_buffer: Option<Framebuffer<Vec4>>,
+    side: u32,
+) -> Result<Framebuffer<Vec4>, Box<dyn Error>> {
+    let [compared, .., scanline] = comparison.results.as_slice() else {
         return Err("there is nothing to compare".into());
     };
-    let mut marked = scanline.frame.clone();
-    let differing = comparison.differing(&z_buffer.frame);
-    for (color, differs) in marked.color_mut().iter_mut().zip(differing) {
+    let mut differs = Framebuffer::new(compared.frame.width(), compared.frame.height(), 0.0f32)?;
+    let differing = comparison.differing(&compared.frame);
+    for (amount, differs) in differs.color_mut().iter_mut().zip(differing) {
+        *amount = f32::from(u8::from(differs));
+    }
+    let (left, differs) = (scanline.frame.downsampled(side)?, differs.downsampled(side)?);
+    let mut right = match z_buffer {
+        Some(picture) => picture,
+        None => compared.frame.clone(),
+    };
+    for (color, differs) in right.color_mut().iter_mut().zip(differs.color()) {
         // Luminance of sRGB's primaries (ITU-R BT.709), with less contrast than the scene.
         let grey = 0.45 + 0.45 * color.dot(vec4(0.2126, 0.7152, 0.0722, 0.0));
-        *color = if differs { vec4(0.8, 0.05, 0.02, 1.0) } else { Vec3::splat(grey).extend(1.0) };
+        *color = Vec4::splat(grey).lerp(vec4(0.8, 0.05, 0.02, 1.0), *differs).with_w(1.0);
     }
-    let [left, right] = [scanline.frame.downsampled(SAMPLES)?, marked.downsampled(SAMPLES)?];
     let width = left.width();
     let mut both = Framebuffer::new(2 * width, left.height(), BACKGROUND)?;
     let width = width as usize;
@@ -250,8 +317,7 @@ impl Part<'_> {
             PainterRenderer::new(frame.viewport()).draw(frame, self.tree.seen_by(matrix), shade);
             return;
         }
-        let in_clip_space = |v: &Vertex<N>| Vertex { position: matrix * v.position, ..*v };
-        let vertices: Vec<_> = scene.vertices.iter().map(in_clip_space).collect();
+        let vertices = scene.seen_by(matrix);
         match renderer {
             Renderer::DepthSort => {
                 let sorted = Mesh::new(&vertices, faces).back_to_front();
@@ -260,13 +326,7 @@ impl Part<'_> {
             Renderer::ZBuffer => {
                 let mut z_buffer = ZBufferRenderer::new(frame.viewport());
                 z_buffer.draw(frame, Mesh::new(&vertices, &faces[..scene.glass]), shade);
-                // The best that it can do: the panes from the farthest middle to the nearest.
-                let middle = |&face: &usize| -> f32 {
-                    let ws = faces[face].iter().map(|&i| vertices[i as usize].position.w);
-                    ws.sum::<f32>() / faces[face].len() as f32
-                };
-                let mut panes: Vec<_> = (scene.glass..faces.len()).collect();
-                panes.sort_by(|a, b| middle(b).total_cmp(&middle(a)));
+                let panes = scene.panes(faces.len(), &vertices);
                 z_buffer.depth_write = false;
                 let sorted = panes.iter().map(|&face| &faces[face]);
                 z_buffer.draw(frame, Mesh::new(&vertices, sorted), |f| {
@@ -351,6 +411,26 @@ impl<'a> Scene<'a> {
         scene
     }
 
+    /// The vertices in clip space.
+    fn seen_by(&self, clip_from_object: Mat4) -> Vec<Vertex<N>> {
+        let in_clip_space =
+            |v: &Vertex<N>| Vertex { position: clip_from_object * v.position, ..*v };
+        self.vertices.iter().map(in_clip_space).collect()
+    }
+
+    /// The faces that are glass, of the first so many, in the best order that a z-buffer has: from the farthest
+    /// middle to the nearest.
+    fn panes(&self, faces: usize, vertices: &[Vertex<N>]) -> Vec<usize> {
+        let middle = |&face: &usize| -> f32 {
+            let face = &self.faces[face];
+            let ws = face.iter().map(|&i| vertices[i as usize].position.w);
+            ws.sum::<f32>() / face.len() as f32
+        };
+        let mut panes: Vec<_> = (self.glass..faces).collect();
+        panes.sort_by(|a, b| middle(b).total_cmp(&middle(a)));
+        panes
+    }
+
     /// Adds the faces of the model that are transparent, or those that are not.
     fn add_model(&mut self, transparent: bool) {
         for face in self.model.faces() {
@@ -416,6 +496,8 @@ struct Options {
     output: PathBuf,
     /// Width and height of the scene in pixels.
     size: (u32, u32),
+    /// Samples a pixel; `None` is one, at its centre.
+    samples: Option<Samples>,
     /// How often each renderer is timed.
     frames: u32,
 }
@@ -423,7 +505,8 @@ struct Options {
 impl Options {
     fn read() -> Result<Self, Box<dyn Error>> {
         let (view, output) = (View::default(), PathBuf::from("target/renderers.png"));
-        let mut options = Self { view, output, size: (480, 360), frames: 7 };
+        let samples = Some(Samples::Four);
+        let mut options = Self { view, output, size: (480, 360), samples, frames: 7 };
         let mut parser = Parser::from_env();
         while let Some(arg) = parser.next()? {
             match arg {
@@ -437,6 +520,9 @@ impl Options {
                 Arg::Long("size") => {
                     options.size = parser.value()?.parse_with(|text| parse_size(text, 8192))?;
                 }
+                Arg::Long("samples") => {
+                    options.samples = parser.value()?.parse_with(parse_samples)?;
+                }
                 Arg::Long("frames") => {
                     options.frames =
                         parser.value()?.parse_with(|text| cli::number(text, 1..=1000))?;
@@ -447,4 +533,22 @@ impl Options {
         }
         Ok(options)
     }
+
+    /// How many samples a pixel has in each direction where all renderers are compared.
+    fn samples_in_a_row(&self) -> u32 {
+        match self.samples {
+            None => 1,
+            Some(samples) => (samples.count() as f32).sqrt().ceil() as u32,
+        }
+    }
+}
+
+fn parse_samples(text: &str) -> Result<Option<Samples>, &'static str> {
+    Ok(match text {
+        "1" => None,
+        "4" => Some(Samples::Four),
+        "8" => Some(Samples::Eight),
+        "16" => Some(Samples::Sixteen),
+        _ => return Err("there may be 1, 4, 8 or 16"),
+    })
 }

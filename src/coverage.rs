@@ -22,6 +22,8 @@
 //! Other rules than that of centres, all pixels that a polygon touches or those that it covers wholly,
 //! take the pixels through which edges pass to those or from them (`coverage::conservative`).
 //!
+//! How much of each pixel an outline covers, its area there, is no run: [`AreaTable`] has it (`coverage::pixel_area`).
+//!
 //! Lines of width 1 are no polygons: they have the pixels that the diamond-exit rule gives
 //! (`coverage::line`).
 
@@ -37,8 +39,10 @@ mod active;
 mod conservative;
 pub(crate) mod shape;
 mod edge_table;
+mod pixel_area;
 
 pub use self::edge_table::{EdgeTable, Runs};
 pub use self::fill_rule::FillRule;
+pub use self::pixel_area::AreaTable;
 pub use self::rule::{CoverageRule, OutsidePolygon};
 pub use self::run::Run;

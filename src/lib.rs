@@ -55,7 +55,7 @@
 //! |---|---|
 //! | [`subpixel`] | positions rounded to 1/256 pixel: the joint between clipping and coverage |
 //! | [`project`] | divides by w, keeps 1/w |
-//! | [`coverage`] | which pixels: `coverage::fill_rule`, the `coverage::rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, the pixels of a `coverage::line`, `coverage::active` edges, `coverage::conservative` coverage, the `coverage::shape` as a value, the `coverage::edge_table` |
+//! | [`coverage`] | which pixels: `coverage::fill_rule`, the `coverage::rule`, `coverage::edge`, `coverage::area`, `coverage::run`, `coverage::convex` outlines, `coverage::triangle`s eight rows at once, the pixels of a `coverage::line`, `coverage::active` edges, `coverage::conservative` coverage, the `coverage::shape` as a value, the `coverage::edge_table`; how much of a pixel, `coverage::pixel_area` |
 //! | `window` | the columns and rows that are visited |
 //! | `settings` | [`Settings`]: how polygons are brought to the screen |
 //! | `surface` | how parameters run over the screen: `surface::plane`s, the `surface::base` of depth and 1/w, what is `surface::mixed`, the values along `surface::rows`, `surface::triangle`s, a `surface::batch` of eight, any `surface::polygon`, a `surface::line` |
@@ -85,9 +85,10 @@
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
 //! | [`bake`] | textures baked from meshes in their (u, v) plane; `bake::dilate` continues the borders |
-//! | `render::samples` | [`MultisampleRenderer`](render::MultisampleRenderer): several samples a pixel, at the places of the `render::samples::pattern`, in a `render::samples::frame`; the `render::samples::raster` says which are covered, `render::samples::shade` tests and colours them, for the `render::samples::renderer` |
+//! | `render::samples` | [`MultisampleRenderer`](render::MultisampleRenderer): several samples a pixel, at the places of the `render::samples::pattern`, in a `render::samples::frame`; the `render::samples::raster` says which are covered, of a `render::samples::small` triangle by its edges' functions, `render::samples::shade` tests and colours them, for the `render::samples::renderer` |
 //! | `render::occlusion` | [`OcclusionRenderer`](render::OcclusionRenderer): what is hidden, before it is drawn, by `render::occlusion::tiles` of pixels |
 //! | `render::visibility` | [`VisibilityRenderer`](render::VisibilityRenderer): which face is seen at each pixel, at each of a pixel's samples, or in `render::visibility::layers` if several are wanted, and where on it, by the `render::visibility::weights` of its corners |
+//! | `render::area` | [`AreaRenderer`](render::AreaRenderer): pixels covered in part, by exact area, in painter's order |
 //! | `render::png_file` | PNG files, whole or row by row |
 //!
 //! **Pictures and models**

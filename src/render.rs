@@ -27,7 +27,8 @@
 //! stencil and statistics; the others draw large and take [`Framebuffer::downsampled`]. What is seen as numbers, faces
 //! and barycentrics, a [`VisibilityRenderer`] finds: by the z-buffer, by the scanline renderer where several layers are
 //! wanted, and by the renderer of samples where those are. Which boxes are hidden behind occluders, before anything is
-//! drawn, an [`OcclusionRenderer`] says.
+//! drawn, an [`OcclusionRenderer`] says. Pixels covered in part are drawn by their exact areas, in painter's order,
+//! by an [`AreaRenderer`].
 //!
 //! The z-buffer's order of drawing matters to its time only: from front to back each pixel is shaded
 //! once. Times are in the project's PERFORMANCE.md.
@@ -71,9 +72,11 @@ mod scanline;
 mod samples;
 mod occlusion;
 mod visibility;
+mod area;
 #[cfg(feature = "png")]
 mod png_file;
 
+pub use self::area::{AreaOrder, AreaRenderer};
 pub use self::bsp::BspTree;
 pub use self::depth::DepthTest;
 pub use self::faces::FaceIndices;

@@ -243,16 +243,14 @@ impl<S: Simd, R: BlockRows> Block<S, R> {
         surface: &SurfaceView<'_>,
         values: &RowValues,
         s: &[RowLine; N],
-        places: &[Lanes; 2],
+        [x, y]: [f32x16<S>; 2],
         (depth, found): (&mut Lanes, Found<'_, N>),
     ) where
         R: BlockRows,
         RowLine: Lines<Rows = R>,
     {
         let simd = self.simd();
-        let places_x = f32x16::simd_from(simd, places[0]);
-        let places_y = f32x16::simd_from(simd, places[1]);
-        let moves = Moves { x: places_x, y: places_y, mixed: surface.mixed };
+        let moves = Moves { x, y, mixed: surface.mixed };
         let base = surface.base;
         let z = moves.of(self.along(&values.z), &base.z, Component::Z);
         *depth = clamped(z, base.z_range).into();

@@ -6,12 +6,13 @@
 //! each sample. A polygon's colour is found once for all samples of a pixel that show it (K. Akeley,
 //! "RealityEngine Graphics", SIGGRAPH 1993).
 //!
-//! `samples::pattern` has the places, `samples::frame` the memory; `samples::raster` finds what is covered
-//! and `samples::shade` tests, shades and stores it; `samples::renderer` is what is drawn with.
+//! `samples::pattern` has the places, `samples::frame` the memory; `samples::raster` finds what is covered,
+//! of `samples::small` triangles by whole blocks, and `samples::shade` tests, shades and stores it; `samples::renderer` is what is drawn with.
 
 pub(crate) mod pattern;
 pub(crate) mod frame;
 mod shade;
+mod small;
 mod raster;
 pub(crate) mod renderer;
 

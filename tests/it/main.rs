@@ -42,6 +42,7 @@ mod statistics;
 mod visibility;
 mod occlusion;
 mod samples;
+mod area;
 mod blending;
 
 mod texture;

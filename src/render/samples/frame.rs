@@ -1,10 +1,13 @@
 //! Memory for pictures of several samples a pixel, and the picture that they make.
 
+use std::ops::{Deref, DerefMut};
+
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::color::{Color, decode};
 use crate::fragment::LANES;
 use crate::render::framebuffer::{Framebuffer, filled};
+use crate::render::mesh::bins::BAND;
 use crate::render::parallel::for_each_part;
 use crate::render::samples::pattern::Samples;
 use crate::render::shader::MOST_SAMPLES;
@@ -92,15 +95,16 @@ fn average_srgb8(colors: &[[u8; 4]]) -> [u8; 4] {
 
 /// A picture with several samples a pixel, each with a colour and an f32 depth, to be drawn by a
 /// [`MultisampleRenderer`](crate::render::MultisampleRenderer) and then [resolved](Self::resolve).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct MultisampleFramebuffer<C> {
     width: u32,
     height: u32,
     samples: Samples,
-    /// Row by row from the top, in each row sample by sample, of each sample pixel by pixel, and
-    /// then some of which nobody asks.
-    color: Vec<C>,
-    depth: Vec<f32>,
+    /// In [bands](BAND) of rows from the top, in each band sample by sample, of each sample row by row, and
+    /// then some of which nobody asks. So first samples, which are all that there is of most pixels, fill pages of
+    /// memory by themselves.
+    color: CacheLines<C>,
+    depth: CacheLines<f32>,
     /// Row by row, for each 16 pixels of a row one.
     tiles: Vec<Tile>,
 }
@@ -118,6 +122,12 @@ pub(crate) struct Tile {
 impl Tile {
     pub(crate) const CLEAR: Self = Self { is_whole: true, change: [0.0; 2] };
 
+    /// How much more or less the depth is at most at any place in a pixel than at its centre.
+    #[inline(always)]
+    pub(crate) fn reach(change: [f32; 2]) -> f32 {
+        change[0].abs() * 0.5 + change[1].abs() * 0.5
+    }
+
     /// How much more the depth is at a place than at the pixel's centre.
     #[inline(always)]
     pub(crate) fn change_at(change: [f32; 2], [x, y]: [f32; 2]) -> f32 {
@@ -125,11 +135,58 @@ impl Tile {
     }
 }
 
+/// Elements the first of which is at the beginning of a cache line, if their size allows it: blocks of [`LANES`] then lie
+/// in whole lines. A copy need not.
+#[derive(Clone, Debug)]
+struct CacheLines<T> {
+    elements: Vec<T>,
+    /// How many there are before the first.
+    before: usize,
+}
+
+impl<T: Copy> CacheLines<T> {
+    fn new(len: usize, value: T) -> Option<Self> {
+        const LINE: usize = 64;
+        let size = size_of::<T>().max(1);
+        let elements = filled(len.checked_add(LINE / size)?, value)?;
+        let after = elements.as_ptr().addr() % LINE;
+        let before = (0..LINE / size).find(|before| (after + before * size).is_multiple_of(LINE));
+        Some(Self { elements, before: before.unwrap_or(0) })
+    }
+}
+
+impl<T> Deref for CacheLines<T> {
+    type Target = [T];
+
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        &self.elements[self.before..]
+    }
+}
+
+impl<T> DerefMut for CacheLines<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.elements[self.before..]
+    }
+}
+
 /// How many elements a row has for each sample, for so many columns: room for a block that begins at the
-/// last, and for half a block beside it.
-fn stride(width: u32) -> usize {
-    const SPARE: usize = 32;
-    if width == 0 { 0 } else { (width as usize + SPARE - 1).next_multiple_of(LANES) }
+/// last, for half a block beside it, and for what samples are moved by.
+fn stride(width: u32, samples: Samples) -> usize {
+    const SPARE: usize = 31;
+    let moves = (samples.count().min(MOVED) - 1) * LANES;
+    if width == 0 { 0 } else { (width as usize + SPARE + moves).next_multiple_of(LANES) }
+}
+
+/// Samples that are moved by a cache line each against the one before, so that those of a pixel are not in the
+/// same part of the cache.
+const MOVED: usize = 8;
+
+/// Where a sample of a pixel is, from the first one on, where each has so many elements in a band.
+#[inline(always)]
+pub(crate) fn offset(sample: usize, plane: usize) -> usize {
+    sample * plane + sample % MOVED * LANES
 }
 
 impl<C: Copy> MultisampleFramebuffer<C> {
@@ -142,9 +199,11 @@ impl<C: Copy> MultisampleFramebuffer<C> {
         let reason = "there is not enough memory for its samples; draw in tiles with \
                       `Viewport::with_corner`, or with fewer samples";
         let error = SizeError::new(width, height, reason);
-        let len = stride(width).checked_mul(samples.count() * height as usize).ok_or(error)?;
-        let (color, depth) = (filled(len, color).ok_or(error)?, filled(len, 1.0).ok_or(error)?);
-        let tiles = stride(width) / LANES * height as usize;
+        let stride = stride(width, samples);
+        let len = stride.checked_mul(samples.count() * height as usize).ok_or(error)?;
+        let color = CacheLines::new(len, color).ok_or(error)?;
+        let depth = CacheLines::new(len, 1.0).ok_or(error)?;
+        let tiles = stride / LANES * height as usize;
         let tiles = filled(tiles, Tile::CLEAR).ok_or(error)?;
         Ok(Self { width, height, samples, color, depth, tiles })
     }
@@ -152,11 +211,10 @@ impl<C: Copy> MultisampleFramebuffer<C> {
     /// Fills the picture with a colour and a depth: the
     /// [farthest](crate::DepthMode::farthest), which is 1.0 unless depth is reversed or 1/w.
     pub fn clear(&mut self, color: C, depth: f32) {
-        let (stride, in_row) = (self.stride(), self.stride() * self.samples.count());
-        for row in 0..self.height as usize {
-            let first = row * in_row..row * in_row + stride;
-            self.color[first.clone()].fill(color);
-            self.depth[first].fill(depth);
+        for band in (0..self.height as usize).step_by(BAND as usize) {
+            let (first, plane) = self.first_sample(band, 0);
+            self.color[first..first + plane].fill(color);
+            self.depth[first..first + plane].fill(depth);
         }
         self.tiles.fill(Tile::CLEAR);
     }
@@ -172,14 +230,31 @@ impl<C: Copy> MultisampleFramebuffer<C> {
     /// A sample that is there.
     #[inline(always)]
     fn sample_at(&self, row: usize, x: usize, sample: usize) -> (C, f32) {
-        let (stride, count) = (self.stride(), self.samples.count());
-        let tile = self.tiles[row * (stride / LANES) + x / LANES];
-        let at = row * count * stride + x;
+        let tile = self.tiles[row * (self.stride() / LANES) + x / LANES];
+        let (at, plane) = self.first_sample(row, x);
         if tile.is_whole {
             let place = self.samples.in_pixels()[sample];
             return (self.color[at], self.depth[at] + Tile::change_at(tile.change, place));
         }
-        (self.color[at + sample * stride], self.depth[at + sample * stride])
+        let at = at + offset(sample, plane);
+        (self.color[at], self.depth[at])
+    }
+}
+
+impl<C: Copy + PartialEq> PartialEq for MultisampleFramebuffer<C> {
+    /// Whether all samples have the same colours and depths.
+    fn eq(&self, other: &Self) -> bool {
+        let size = |frame: &Self| (frame.width, frame.height, frame.samples);
+        let mut rows = 0..self.height as usize;
+        size(self) == size(other)
+            && rows.all(|row| {
+                (0..self.width as usize).all(|x| {
+                    let mut samples = 0..self.samples.count();
+                    samples.all(|sample| {
+                        self.sample_at(row, x, sample) == other.sample_at(row, x, sample)
+                    })
+                })
+            })
     }
 }
 
@@ -212,9 +287,18 @@ impl<C> MultisampleFramebuffer<C> {
         Rect { x: 0, y: 0, width: self.width, height: self.height }
     }
 
-    /// How many elements are between two samples of a pixel.
+    /// How many elements a row has for each sample.
     pub(crate) fn stride(&self) -> usize {
-        stride(self.width)
+        stride(self.width, self.samples)
+    }
+
+    /// Where the first sample of a pixel is, and how many elements each sample has in that band.
+    #[inline(always)]
+    fn first_sample(&self, row: usize, x: usize) -> (usize, usize) {
+        let (stride, in_band) = (self.stride(), row % BAND as usize);
+        let rows = (self.height as usize - (row - in_band)).min(BAND as usize);
+        let start = (row - in_band) * self.samples.count() * stride;
+        (start + in_band * stride + x, rows * stride)
     }
 
     /// Colours, tiles and depths.
@@ -250,7 +334,7 @@ impl<C: Average + Send + Sync> MultisampleFramebuffer<C> {
 
     fn resolve_row(&self, row: usize, colors: &mut [C], depths: &mut [f32]) {
         let count = self.samples.count();
-        let (stride, start) = (self.stride(), row * self.stride() * count);
+        let (stride, (start, plane)) = (self.stride(), self.first_sample(row, 0));
         let mut samples = [self.color[start]; MOST_SAMPLES];
         for (x, (color, depth)) in colors.iter_mut().zip(depths).enumerate() {
             let least = (0..count).map(|sample| self.sample_at(row, x, sample).1);
@@ -260,7 +344,7 @@ impl<C: Average + Send + Sync> MultisampleFramebuffer<C> {
                 continue;
             }
             for (sample, color) in samples[..count].iter_mut().enumerate() {
-                *color = self.color[start + x + sample * stride];
+                *color = self.color[start + x + offset(sample, plane)];
             }
             *color = C::average(&samples[..count]);
         }

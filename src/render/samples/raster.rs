@@ -19,6 +19,7 @@ use crate::render::band::Band;
 use crate::render::mesh::FaceRaster;
 use crate::render::raster::plan::Plan;
 use crate::render::samples::pattern::Samples;
+use crate::render::samples::small::SmallTriangles;
 use crate::render::shader::{
     BandDepths, MOST_SAMPLES, Patch, SampleBlock, SampleBlocks, ShadeBlocks,
 };
@@ -36,7 +37,7 @@ const AT_ONCE: usize = 8;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleRaster {
     pub(crate) samples: Samples,
-    /// How many elements are between two samples of a pixel.
+    /// How many elements a row has for each sample.
     pub(crate) stride: usize,
     pub(crate) at_centroid: bool,
 }
@@ -46,6 +47,7 @@ pub(crate) struct SampleRaster {
 pub(crate) struct SampleMemory {
     /// The edges of a batch of triangles, moved for each sample.
     edges: Vec<TriangleEdges<PerTriangle>>,
+    small: SmallTriangles,
     /// The outline of a face that is not of a batch.
     points: Vec<SubpixelPoint>,
     chains: Vec<Chain>,
@@ -68,6 +70,8 @@ struct Pieces {
     groups: Vec<RunGroup>,
     values: RowValues,
     blocks: Vec<SampleBlock>,
+    /// Those of a small triangle, two rows in each.
+    small: [SampleBlock; ROWS / 2],
     /// The first pixels of each row that a sample covers, a bit a pixel.
     bits: Vec<[u16; ROWS]>,
 }
@@ -84,6 +88,10 @@ impl FaceRaster for SampleRaster {
         rows: &Range<i32>,
         memory: &mut SampleMemory,
     ) {
+        memory.small.set_up(&gathered.points, self.samples.places());
+        if memory.small.are_all_small() {
+            return;
+        }
         memory.edges.resize(self.samples.count(), TriangleEdges::default());
         for (edges, place) in memory.edges.iter_mut().zip(self.samples.places()) {
             *edges = gathered.edges_at(simd, rows, place.map(f64::from));
@@ -100,7 +108,7 @@ impl FaceRaster for SampleRaster {
     #[inline(always)]
     fn draw<S: Simd>(
         &self,
-        _: S,
+        simd: S,
         (call, plan): (&DrawCall<'_>, Plan),
         (surface, coverage): (&SurfaceView<'_>, Coverage<'_>),
         band: &mut Band<'_>,
@@ -110,7 +118,11 @@ impl FaceRaster for SampleRaster {
         let mut drawing = Drawing { raster: self, call, plan, surface, band, shader };
         match coverage {
             Coverage::Triangle(BatchLane { lane, .. }) => {
-                drawing.draw_triangle(lane, &memory.edges, &mut memory.pieces);
+                let SampleMemory { small, edges, pieces, .. } = memory;
+                match small.extent(lane) {
+                    Some(extent) => drawing.draw_small(simd, (small, lane), extent, pieces),
+                    None => drawing.draw_triangle(lane, edges, pieces),
+                }
             }
             _ => drawing.draw_outline(memory),
         }
@@ -128,6 +140,83 @@ struct Drawing<'d, 'b> {
 }
 
 impl Drawing<'_, '_> {
+    /// Draws a small triangle of a batch, which has no more than half a block in any row.
+    #[inline(always)]
+    fn draw_small<S: Simd>(
+        &mut self,
+        simd: S,
+        (triangles, lane): (&SmallTriangles, usize),
+        (left, rows): (i32, Range<i32>),
+        pieces: &mut Pieces,
+    ) {
+        let (window, half) = (&self.call.window, HALF_BLOCK as i32);
+        let within = window.rows_within(&self.band.rows());
+        let (first, end) = (rows.start.max(within.start), rows.end.min(within.end));
+        // The lanes of both rows that are in the window, and how many are left of it.
+        let before = (window.columns.start - left).clamp(0, half);
+        let in_window = (window.columns.end - left - before).clamp(0, half - before);
+        let in_window = ((1 << in_window) - 1) * (1 | 1 << HALF_BLOCK);
+        if first >= end || in_window == 0 {
+            return;
+        }
+        let mut found = triangles.rows_from(simd, lane, first);
+        let samples = self.raster.samples.count();
+        let mut y = first;
+        while y < end {
+            let mut all = RunGroup { y, ..RunGroup::EMPTY };
+            all.len = (end - y).min(ROWS as i32) as usize;
+            let mut count = 0;
+            for row in (0..all.len).step_by(2) {
+                let block = &mut pieces.small[count];
+                let covered = found.next_pair(&mut block.covered[..samples]);
+                // The last row may be without a second one.
+                let rows = if row + 1 < all.len { ALL } else { ALL >> HALF_BLOCK };
+                let mut any = covered & rows;
+                for (row, bits) in [(row, any & 0xff), (row + 1, any >> HALF_BLOCK)] {
+                    if bits != 0 {
+                        all.start[row] = left + bits.trailing_zeros() as i32;
+                        all.end[row] = left + 32 - bits.leading_zeros() as i32;
+                    }
+                }
+                if before > 0 || covered & !(in_window & rows) != 0 {
+                    any = cut(&mut block.covered[..samples], before, in_window & rows);
+                }
+                block.any = any;
+                block.rows = [row, row + 1];
+                count += usize::from(any != 0);
+            }
+            if count > 0 {
+                self.draw_pairs(&all, left + before, count, pieces);
+            }
+            y += ROWS as i32;
+        }
+    }
+
+    /// Draws the pairs of rows of a small triangle that were found, from a column on.
+    #[inline(always)]
+    fn draw_pairs(&mut self, all: &RunGroup, first: i32, count: usize, pieces: &mut Pieces) {
+        let _ = self.start(all, pieces);
+        let (at, (tile, place)) = self.at(all, 0, first);
+        let (stride, tiles) = (self.raster.stride, self.raster.stride / LANES);
+        let samples = self.raster.samples.count();
+        for block in &mut pieces.small[..count] {
+            for half in 0..2 {
+                let row = block.rows[half];
+                block.steps[half] = (first - pieces.values.x[row % ROWS]) as f32;
+                block.at[half] = at.wrapping_add(row.wrapping_mul(stride));
+                block.tiles[half] = (tile.wrapping_add(row.wrapping_mul(tiles)), place);
+            }
+            block.put_empty_half_beside();
+            block.all = u32::MAX;
+            for covered in &block.covered[..samples] {
+                block.all &= u32::from(*covered);
+            }
+        }
+        let Pieces { small, values, .. } = pieces;
+        self.surface.find_params(values);
+        self.draw_blocks(all, values, &small[..count]);
+    }
+
     /// Draws one triangle of a batch.
     #[inline(always)]
     fn draw_triangle(
@@ -220,7 +309,7 @@ impl Drawing<'_, '_> {
         let (column, row) = (self.band.column(x + column), y + all.y + row as i32);
         let row = (row - self.band.first) as usize;
         let tile = row.wrapping_mul(self.raster.stride / LANES).wrapping_add(column / LANES);
-        (row.wrapping_mul(self.band.width).wrapping_add(column), (tile, column % LANES))
+        (row.wrapping_mul(self.raster.stride).wrapping_add(column), (tile, column % LANES))
     }
 
     /// Draws two short rows, each by half a block.
@@ -242,20 +331,13 @@ impl Drawing<'_, '_> {
             tiles: [upper_tile, lower_tile],
             ..SampleBlock::default()
         };
-        // A half without pixels may lie anywhere: beside the other it is in the cache.
-        let widths = rows.map(|row| columns.width[row]);
-        if widths[0] == 0 {
-            block.at[0] = block.at[1].wrapping_add(HALF_BLOCK);
-        }
-        if widths[1] == 0 {
-            block.at[1] = block.at[0].wrapping_add(HALF_BLOCK);
-        }
         block.all = u32::MAX;
         for (covered, bits) in block.covered.iter_mut().zip(&pieces.bits) {
             *covered = bits[row] | bits[row + 1] << HALF_BLOCK;
             block.all &= u32::from(*covered);
             block.any |= u32::from(*covered);
         }
+        block.put_empty_half_beside();
         self.push(all, block, pieces);
     }
 
@@ -340,13 +422,19 @@ impl Drawing<'_, '_> {
             return;
         }
         self.surface.find_params(&mut pieces.values);
-        let patch = Patch { surface: self.surface, runs: all, values: &pieces.values };
+        self.draw_blocks(all, &pieces.values, &pieces.blocks);
+        pieces.blocks.clear();
+    }
+
+    #[inline(always)]
+    fn draw_blocks(&mut self, all: &RunGroup, values: &RowValues, blocks: &[SampleBlock]) {
+        let patch = Patch { surface: self.surface, runs: all, values };
         let component = if self.plan.is_inverse_w { Component::InvW } else { Component::Z };
         let set = SampleBlocks {
-            blocks: &pieces.blocks,
+            blocks,
             places: self.raster.samples.in_pixels(),
             change: self.surface.change(component),
-            stride: self.raster.stride,
+            plane: self.band.rows().len() * self.raster.stride,
             comparison: self.plan.comparison,
             writes: self.plan.writes,
             is_inverse_w: self.plan.is_inverse_w,
@@ -355,7 +443,6 @@ impl Drawing<'_, '_> {
         let Band { depth, pixels_before, .. } = &mut *self.band;
         let band = BandDepths { depths: depth, pixels_before: *pixels_before };
         self.shader.draw_samples(&patch, set, band);
-        pieces.blocks.clear();
     }
 
     /// Draws a face by its outline.
@@ -412,6 +499,19 @@ impl Drawing<'_, '_> {
         }
         self.finish(all, pieces);
     }
+}
+
+/// Leaves the lanes before some of each half out, so that others take their places, and keeps those of a mask
+/// alone. Returns those that are left at any sample.
+#[cold]
+fn cut(samples: &mut [u16], before: i32, kept: u32) -> u32 {
+    let mut any = 0;
+    for covered in samples {
+        let [lower, upper] = covered.to_le_bytes().map(|half| u32::from(half) >> before);
+        *covered = ((lower | upper << HALF_BLOCK) & kept) as u16;
+        any |= u32::from(*covered);
+    }
+    any
 }
 
 /// The lanes from one to before another, of those that there are.

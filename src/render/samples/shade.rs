@@ -13,7 +13,7 @@ use crate::fragment::FragmentBlock;
 use crate::fragment::block::{ALL, AtCentres, Block, HALF_BLOCK, LANES, Lanes, TwoRows};
 use crate::render::depth::Comparison;
 use crate::render::paint::Paint;
-use crate::render::samples::frame::Tile;
+use crate::render::samples::frame::{Tile, offset};
 use crate::render::shader::{
     Aligned, BandDepths, BlockFunction, FragmentFunction, MOST_SAMPLES, NEST, PartBlocks, Patch,
     PerBlock, PerFragment, SampleBlock, SampleBlocks, ShadeBlocks, ShadeOnThreads, Shader,
@@ -25,7 +25,7 @@ use crate::surface::rows::{RowValues, SurfaceView};
 pub(crate) struct SampleColors<'a, C> {
     colors: &'a mut [C],
     at: [usize; 2],
-    stride: usize,
+    plane: usize,
     /// The pixels of which each sample is visible, a bit a lane; after shading, those that were drawn.
     pub(crate) visible: &'a mut [u32],
 }
@@ -34,7 +34,7 @@ impl<C> SampleColors<'_, C> {
     /// The colours of a sample, in half of the pixels.
     #[inline(always)]
     fn half(&mut self, sample: usize, half: usize) -> Option<&mut [C; HALF_BLOCK]> {
-        let at = self.at[half].wrapping_add(sample * self.stride);
+        let at = self.at[half].wrapping_add(offset(sample, self.plane));
         self.colors.get_mut(at..)?.first_chunk_mut()
     }
 }
@@ -149,15 +149,12 @@ impl<C: Copy> SampleColors<'_, C> {
             for half in 0..2 {
                 let new = &new[half * HALF_BLOCK..][..HALF_BLOCK];
                 let drawn = drawn >> (half * HALF_BLOCK) & (ALL >> HALF_BLOCK);
-                if drawn == 0 {
+                // Small colours are chosen at once: which are drawn, no branch could predict.
+                if size_of::<C>() > size_of::<f32>() && drawn == 0 {
                     continue;
                 }
                 if let Some(colors) = self.half(sample, half) {
-                    if drawn == ALL >> HALF_BLOCK {
-                        colors.copy_from_slice(new);
-                    } else {
-                        choose(simd, drawn, new, colors);
-                    }
+                    choose(simd, drawn, new, colors);
                 }
             }
         }
@@ -280,7 +277,13 @@ impl<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize> ShadeBlocks
         let tiles_in_row = self.tiles.len() / (self.colors.len() / row.max(1)).max(1);
         let Some(colors) = self.colors.get_mut(rows * row..) else { return };
         let Some(tiles) = self.tiles.get_mut(rows * tiles_in_row..) else { return };
-        let memory = Memory { colors, tiles, depths: band.depths, set: &blocks };
+        let memory = Memory {
+            colors,
+            tiles,
+            depths: band.depths,
+            set: &blocks,
+            changes: [0.0; MOST_SAMPLES],
+        };
         let shader = &mut self.shader;
         simd.vectorize(
             #[inline(always)]
@@ -295,6 +298,8 @@ struct Memory<'m, C> {
     tiles: &'m mut [Tile],
     depths: &'m mut [f32],
     set: &'m SampleBlocks<'m>,
+    /// How much more what is compared is at each sample than at the pixel's centre.
+    changes: [f32; MOST_SAMPLES],
 }
 
 #[inline(always)]
@@ -308,48 +313,58 @@ fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
     let Patch { surface, runs, values } = *patch;
     let Some(s) = values.s.first_chunk::<N>() else { return };
     let count = set.places.len().min(MOST_SAMPLES);
+    for (change, place) in memory.changes.iter_mut().zip(set.places) {
+        *change = Tile::change_at(set.change, *place);
+    }
     let mut visible = [0; MOST_SAMPLES];
-    let (mut blocks, mut part, mut whole_tiles) = (set.blocks.iter(), SampleBlock::default(), 0);
+    let (mut blocks, mut tile, mut tiles_left) = (set.blocks.iter(), SampleBlock::default(), 0);
     // A call within two loops the compiler takes to be hot, and inlines larger shaders there.
     loop {
         for _ in 0..NEST {
-            if whole_tiles > 1 {
-                whole_tiles -= 1;
-                part.advance();
-            } else {
+            let mut part = &tile;
+            if tiles_left == 0 {
                 let Some(next) = blocks.next() else {
                     rarely();
                     return;
                 };
-                (part, whole_tiles) = (*next, next.whole_tiles);
-            }
-            if K::IS_BY_PIXEL && whole_tiles > 0 {
-                whole_tiles -=
-                    draw_tiles(simd, patch, &mut memory, (&mut part, whole_tiles), shader);
-                if whole_tiles == 0 {
-                    continue;
+                part = next;
+                if next.whole_tiles > 0 {
+                    (tile, tiles_left) = (*next, next.whole_tiles);
                 }
             }
-            let block = Block::in_two_rows(simd, part.rows, part.steps);
-            let column = |half: usize| {
-                (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
-            };
-            memory.make_apart(&part);
-            let tested = (surface, values, &mut visible[..count]);
-            let any = memory.test(&block, &part, tested);
-            if any == 0 {
-                continue;
+            if tiles_left > 0 {
+                if K::IS_BY_PIXEL {
+                    let tiles = (&mut tile, tiles_left);
+                    tiles_left -= draw_tiles(simd, patch, &mut memory, tiles, shader);
+                    if tiles_left == 0 {
+                        continue;
+                    }
+                }
+                part = &tile;
             }
-            let mut fragments = FragmentBlock::new(surface, runs, [column(0), column(1)], any);
-            let (places, mut depth) = (places(&part, set), [0.0; LANES]);
-            block.off_centre(surface, values, s, &places, (&mut depth, fragments.found()));
-            fragments.depth = depth;
-            let (colors, stride) = (&mut *memory.colors, set.stride);
-            let visible = &mut visible[..count];
-            let samples = SampleColors { colors, at: part.at, stride, visible: &mut *visible };
-            shader.shade(simd, &mut fragments, samples);
-            if set.writes {
-                memory.store(&block, &part, (surface, values, visible));
+            let block = Block::in_two_rows(simd, part.rows, part.steps);
+            memory.make_apart(part);
+            let tested = (surface, values, &mut visible[..count]);
+            let any = memory.test(&block, part, tested);
+            if any != 0 {
+                let column = |half: usize| {
+                    (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
+                };
+                let mut fragments = FragmentBlock::new(surface, runs, [column(0), column(1)], any);
+                let (places, mut depth) = (places(simd, part, set), [0.0; LANES]);
+                block.off_centre(surface, values, s, places, (&mut depth, fragments.found()));
+                fragments.depth = depth;
+                let (colors, plane) = (&mut *memory.colors, set.plane);
+                let visible = &mut visible[..count];
+                let samples = SampleColors { colors, at: part.at, plane, visible: &mut *visible };
+                shader.shade(simd, &mut fragments, samples);
+                if set.writes {
+                    memory.store(&block, part, (surface, values, visible));
+                }
+            }
+            if tiles_left > 0 {
+                tiles_left -= 1;
+                tile.advance();
             }
         }
     }
@@ -366,65 +381,89 @@ fn draw_tiles<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
     shader: &mut K,
 ) -> usize {
     let Patch { surface, runs, values } = *patch;
+    // Copies: what is read through references would be read again after each colour is stored.
+    let SampleBlocks { change, comparison, writes, is_inverse_w, .. } = *memory.set;
     let Some(along) = AtCentres::<N>::new(surface, values, part.rows[0]) else { return 0 };
-    let mut block = Block::in_row(simd, part.rows[0], part.steps[0]);
-    let row = part.rows[0] % ROWS;
+    let (row, reach, z_range) = (part.rows[0] % ROWS, Tile::reach(change), surface.base.z_range);
+    if !writes || is_inverse_w || part.tiles[0].1 != 0 {
+        return 0;
+    }
+    let mut block = Block::in_row(simd, row, part.steps[0]);
+    let mut x = values.x[row] + part.steps[0] as i32;
     let mut done = 0;
     while done < count {
-        for _ in 0..NEST.min(count - done) {
+        let mut discarded = None;
+        let at = part.at[0].wrapping_add(done * LANES);
+        let Some((depths, others)) = pixels_and_others(memory.depths, at, count - done) else {
+            rarely();
+            break;
+        };
+        let colors = memory.colors.get_mut(at..).unwrap_or_default().as_chunks_mut().0;
+        let tiles = memory.tiles.get_mut(part.tiles[0].0 + done..).unwrap_or_default();
+        for ((colors, stored), tile) in colors.iter_mut().zip(depths).zip(tiles).take(NEST) {
             let depth = block.along(&along.z);
-            let colors = memory.colors.get_mut(part.at[0]..).and_then(<[C]>::first_chunk_mut);
-            let Some(colors) = colors else {
+            let first = f32x16::simd_from(simd, *stored);
+            // Most blocks are clearly nearer, and within the polygon's range as they are.
+            let is_clear = comparison == Comparison::Less
+                && tile.is_whole
+                && is_clearly_nearer(depth, (first, Tile::reach(tile.change)), (reach, z_range));
+            if !is_clear {
                 rarely();
-                return done;
-            };
-            let x = values.x[row] + part.steps[0] as i32;
-            let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
-            if !is_whole_visible(
-                (memory.set, memory.tiles, memory.depths),
-                patch,
-                part,
-                (depth, K::REPLACES),
-            ) {
-                rarely();
-                return done;
+                let set = (memory.set, &memory.changes);
+                let can_be_whole = tile.is_whole || K::REPLACES;
+                let old = (*tile, &*stored, (others, (count - done) * LANES));
+                if !can_be_whole || !is_whole_visible(simd, set, old, (depth.into(), z_range)) {
+                    part.advance_by(done);
+                    return done;
+                }
             }
+            let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
             let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
             block.at_centres(surface, &along, fragments.found());
-            fragments.depth = block.depth_along(&along.z, surface.base.z_range).into();
+            fragments.depth = block.depth_along(&along.z, z_range).into();
             let drawn = shader.whole(&mut fragments, colors) & ALL;
-            memory.store_whole(part, depth, drawn);
             done += 1;
-            part.advance();
+            x += LANES as i32;
             block.advance();
+            if drawn != ALL {
+                rarely();
+                discarded = Some((drawn, Lanes::from(depth)));
+                break;
+            }
+            *stored = depth.into();
+            *tile = Tile { is_whole: true, change };
+        }
+        if let Some((drawn @ 1.., depth)) = discarded {
+            rarely();
+            let mut tile = *part;
+            tile.advance_by(done - 1);
+            memory.store_discarded(&tile, depth, drawn);
         }
     }
+    part.advance_by(done);
     done
 }
 
-impl<C: Copy> Memory<'_, C> {
-    /// Stores the depths of a tile's pixels that were drawn, if all were as a whole.
-    #[inline(always)]
-    fn store_whole<S: Simd>(&mut self, part: &SampleBlock, depth: f32x16<S>, drawn: u32) {
-        let (change, tile) = (self.set.change, part.tiles[0].0);
-        if drawn == ALL {
-            store(depth.simd, self.depths, part.at, (ALL, depth));
-            if let Some(tile) = self.tiles.get_mut(tile) {
-                *tile = Tile { is_whole: true, change };
-            }
-        } else if drawn != 0 {
-            self.store_discarded(part, depth.into(), drawn);
-        }
-    }
+/// The first samples of whole tiles, from one on, and what comes in memory behind them.
+#[inline(always)]
+fn pixels_and_others(
+    depths: &mut [f32],
+    at: usize,
+    tiles: usize,
+) -> Option<(&mut [[f32; LANES]], &[f32])> {
+    let (first, others) = depths.get_mut(at..)?.split_at_mut_checked(tiles * LANES)?;
+    Some((first.as_chunks_mut().0, others))
+}
 
+impl<C: Copy> Memory<'_, C> {
     /// The same where the shader has discarded some pixels. The first sample has its colours already.
     #[inline(never)]
     fn store_discarded(&mut self, part: &SampleBlock, depth: Lanes, drawn: u32) {
-        let SampleBlocks { places, change, stride, .. } = *self.set;
+        let SampleBlocks { places, change, plane, .. } = *self.set;
         self.make_apart(part);
         for lane in (0..LANES).filter(|lane| drawn >> lane & 1 != 0) {
             for (sample, place) in places.iter().enumerate() {
-                let at = part.at[0] + lane + sample * stride;
+                let at = part.at[0] + lane + offset(sample, plane);
                 self.colors[at] = self.colors[part.at[0] + lane];
                 self.depths[at] = depth[lane] + Tile::change_at(change, *place);
             }
@@ -449,7 +488,7 @@ impl<C: Copy> Memory<'_, C> {
 
     #[inline(never)]
     fn take_apart(&mut self, tile: usize, start: usize) {
-        let SampleBlocks { places, stride, .. } = *self.set;
+        let SampleBlocks { places, plane, .. } = *self.set;
         let Some(tile) = self.tiles.get_mut(tile) else { return };
         tile.is_whole = false;
         let Some(&depths) = self.depths.get(start..).and_then(<[f32]>::first_chunk::<LANES>) else {
@@ -457,14 +496,14 @@ impl<C: Copy> Memory<'_, C> {
         };
         for (sample, place) in places.iter().enumerate() {
             let change = Tile::change_at(tile.change, *place);
-            let start = start + sample * stride;
+            let start = start + offset(sample, plane);
             let new = self.depths.get_mut(start..).and_then(<[f32]>::first_chunk_mut::<LANES>);
             if let Some(new) = new {
                 *new = depths.map(|depth| depth + change);
             }
         }
         for sample in 1..places.len() {
-            self.colors.copy_within(start..start + LANES, start + sample * stride);
+            self.colors.copy_within(start..start + LANES, start + offset(sample, plane));
         }
     }
 
@@ -476,13 +515,18 @@ impl<C: Copy> Memory<'_, C> {
         part: &SampleBlock,
         (surface, values, visible): (&SurfaceView<'_>, &RowValues, &mut [u32]),
     ) -> u32 {
-        let SampleBlocks { places, change, comparison, stride, is_inverse_w, .. } = *self.set;
+        let SampleBlocks { comparison, plane, is_inverse_w, .. } = *self.set;
         let mut any = 0;
-        for (sample, (place, visible)) in places.iter().zip(visible).enumerate() {
-            let change = Tile::change_at(change, *place);
+        for (sample, visible) in visible.iter_mut().enumerate() {
+            let change = self.changes[sample % MOST_SAMPLES];
             let new = block.compared(surface, values, change, is_inverse_w);
-            let old = load(block.simd(), self.depths, part.at, sample * stride);
-            *visible = comparison.passes(new, old) & u32::from(part.covered[sample % MOST_SAMPLES]);
+            let old = load(block.simd(), self.depths, part.at, offset(sample, plane));
+            let passes = match comparison {
+                // The usual one on its own.
+                Comparison::Less => Comparison::Less.passes(new, old),
+                _ => comparison.passes(new, old),
+            };
+            *visible = passes & u32::from(part.covered[sample % MOST_SAMPLES]);
             any |= *visible;
         }
         any
@@ -496,87 +540,98 @@ impl<C: Copy> Memory<'_, C> {
         part: &SampleBlock,
         (surface, values, drawn): (&SurfaceView<'_>, &RowValues, &[u32]),
     ) {
-        let SampleBlocks { places, change, stride, is_inverse_w, .. } = *self.set;
-        for (sample, (place, drawn)) in places.iter().zip(drawn).enumerate() {
-            let change = Tile::change_at(change, *place);
+        let SampleBlocks { plane, is_inverse_w, .. } = *self.set;
+        for (sample, drawn) in drawn.iter().enumerate() {
+            let change = self.changes[sample % MOST_SAMPLES];
             let new = block.compared(surface, values, change, is_inverse_w);
-            let at = part.at.map(|at| at.wrapping_add(sample * stride));
+            let at = part.at.map(|at| at.wrapping_add(offset(sample, plane)));
             store(block.simd(), self.depths, at, (*drawn, new));
         }
     }
 }
 
-/// Whether a block that covers all samples of a tile is visible at all of them, and drawing it leaves the tile
-/// whole.
+/// Whether a tile is nearer at all samples than what is there, since it is even if each depth is moved by
+/// as much as it changes within a pixel at most. Rounding keeps the order of sums, so none that are rounded
+/// differ. Then it must be within the polygon's range besides.
 #[inline(always)]
-fn is_whole_visible<S: Simd>(
-    (set, tiles, depths): (&SampleBlocks<'_>, &[Tile], &[f32]),
-    patch: &Patch<'_>,
-    part: &SampleBlock,
-    (depth, replaces): (f32x16<S>, bool),
+fn is_clearly_nearer<S: Simd>(
+    depth: f32x16<S>,
+    (old, old_reach): (f32x16<S>, f32),
+    (reach, (min, max)): (f32, (f32, f32)),
 ) -> bool {
-    let SampleBlocks { places, change, comparison, stride, .. } = *set;
-    let (simd, [(tile, place), _]) = (depth.simd, part.tiles);
-    let Some(tile) = tiles.get(tile) else { return false };
-    let is_tile = place == 0 && part.at[1] == part.at[0].wrapping_add(HALF_BLOCK);
-    let can_be_whole = set.writes && !set.is_inverse_w && (tile.is_whole || replaces);
-    if !is_tile || !can_be_whole {
-        return false;
-    }
-    let (mut least, mut most, mut least_old) = (0.0f32, 0.0f32, 0.0f32);
-    for place in places {
-        let new = Tile::change_at(change, *place);
-        (least, most) = (least.min(new), most.max(new));
-        least_old = least_old.min(Tile::change_at(tile.change, *place));
-    }
-    let first = load(simd, depths, part.at, 0);
-    let mut passes = ALL;
-    // Most blocks are clearly nearer.
-    let is_clear = comparison == Comparison::Less
-        && tile.is_whole
-        && comparison.passes(depth + most, first + least_old) & ALL == ALL;
-    if !is_clear {
-        for (sample, place) in places.iter().enumerate() {
-            let old = if tile.is_whole {
-                first + Tile::change_at(tile.change, *place)
-            } else {
-                load(simd, depths, part.at, sample * stride)
-            };
-            passes &= comparison.passes(depth + Tile::change_at(change, *place), old);
-        }
-    }
-    // Within the polygon's range as they are.
-    let (min, max) = patch.surface.base.z_range;
-    passes &= Comparison::GreaterEqual.passes(depth + least, f32x16::splat(simd, min));
-    passes &= Comparison::LessEqual.passes(depth + most, f32x16::splat(simd, max));
+    let (nearest, farthest) = (depth - reach, depth + reach);
+    let simd = depth.simd;
+    let passes = Comparison::Less.passes(farthest, old - old_reach)
+        & Comparison::GreaterEqual.passes(nearest, f32x16::splat(simd, min))
+        & Comparison::LessEqual.passes(farthest, f32x16::splat(simd, max));
     passes & ALL == ALL
+}
+
+/// Whether a tile that is covered at all samples is visible at all, and within the polygon's range, if the
+/// depths of its first samples are the given ones; those of the other samples are in the memory that begins so
+/// many elements behind them.
+#[cold]
+#[inline(never)]
+fn is_whole_visible<S: Simd>(
+    simd: S,
+    (set, changes): (&SampleBlocks<'_>, &[f32; MOST_SAMPLES]),
+    (tile, first, others): (Tile, &Lanes, (&[f32], usize)),
+    (depth, (min, max)): (Lanes, (f32, f32)),
+) -> bool {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (depth, first) = (f32x16::simd_from(simd, depth), f32x16::simd_from(simd, *first));
+            let (min, max) = (f32x16::splat(simd, min), f32x16::splat(simd, max));
+            let mut passes = ALL;
+            for (sample, place) in set.places.iter().enumerate() {
+                let mut old = first + Tile::change_at(tile.change, *place);
+                if !tile.is_whole {
+                    old = first;
+                    if sample > 0 {
+                        let (others, before) = others;
+                        let at = offset(sample, set.plane).wrapping_sub(before);
+                        let Some(other) = others.get(at..).and_then(<[f32]>::first_chunk) else {
+                            return false;
+                        };
+                        old = f32x16::simd_from(simd, *other);
+                    }
+                }
+                let new = depth + changes[sample % MOST_SAMPLES];
+                passes &= set.comparison.passes(new, old)
+                    & Comparison::GreaterEqual.passes(new, min)
+                    & Comparison::LessEqual.passes(new, max);
+            }
+            // The pixel's centre, too, from which all are found.
+            passes &= Comparison::GreaterEqual.passes(depth, min);
+            passes &= Comparison::LessEqual.passes(depth, max);
+            passes & ALL == ALL
+        },
+    )
 }
 
 /// Where the pixels of a block are shaded: at their centres where all samples are covered, elsewhere at the
 /// mean of those that are, if that is asked for.
 #[inline(always)]
-fn places(part: &SampleBlock, set: &SampleBlocks<'_>) -> [Lanes; 2] {
-    let ([mut x, mut y], mut counts) = ([[0.0; LANES]; 2], [0.0; LANES]);
+fn places<S: Simd>(simd: S, part: &SampleBlock, set: &SampleBlocks<'_>) -> [f32x16<S>; 2] {
+    let zero = f32x16::splat(simd, 0.0);
     if part.all & ALL == part.any & ALL || !set.at_centroid {
-        return [x, y];
+        return [zero; 2];
     }
+    let [mut x, mut y, mut covered_samples] = [zero; 3];
     for (&[place_x, place_y], covered) in set.places.iter().zip(part.covered) {
-        for lane in 0..LANES {
-            // Sums of 16ths: exact.
-            let weight = (i32::from(covered) >> lane & 1) as f32;
-            x[lane] += place_x * weight;
-            y[lane] += place_y * weight;
-            counts[lane] += weight;
-        }
+        // Sums of 16ths: exact.
+        let is_covered = mask32x16::from_bitmask(simd, covered.into());
+        x = is_covered.select(x + place_x, x);
+        y = is_covered.select(y + place_y, y);
+        covered_samples = is_covered.select(covered_samples + 1.0, covered_samples);
     }
     // Of those that are covered as a whole, the sum need not be 0.
-    let count = set.places.len() as f32;
-    for lane in 0..LANES {
-        let is_edge = counts[lane] > 0.0 && counts[lane] < count;
-        let per_count = if is_edge { 1.0 / counts[lane] } else { 0.0 };
-        (x[lane], y[lane]) = (x[lane] * per_count, y[lane] * per_count);
-    }
-    [x, y]
+    let all = set.places.len() as f32;
+    let is_edge = covered_samples.simd_gt(0.0) & covered_samples.simd_lt(all);
+    let per_sample = f32x16::splat(simd, 1.0) / is_edge.select(covered_samples, zero + 1.0);
+    let per_sample = is_edge.select(per_sample, zero);
+    [x * per_sample, y * per_sample]
 }
 
 /// The depths of a sample; of what lies outside of the band, which is covered by nothing, 0.
@@ -594,20 +649,11 @@ fn half_at(depths: &[f32], at: usize) -> [f32; HALF_BLOCK] {
 /// Stores the depths of a sample where they are drawn.
 #[inline(always)]
 fn store<S: Simd>(simd: S, depths: &mut [f32], at: [usize; 2], (drawn, new): (u32, f32x16<S>)) {
-    if drawn == 0 {
-        return;
-    }
-    let mut kept = new;
-    if drawn != ALL {
-        let old = load(simd, depths, at, 0);
-        kept = mask32x16::from_bitmask(simd, drawn.into()).select(new, old);
-    }
+    let old = load(simd, depths, at, 0);
+    let kept = mask32x16::from_bitmask(simd, drawn.into()).select(new, old);
     let (lower, upper) = kept.split();
     for (half, new) in [lower, upper].into_iter().enumerate() {
-        if drawn >> (half * HALF_BLOCK) & (ALL >> HALF_BLOCK) != 0
-            && let Some(depths) = depths.get_mut(at[half]..)
-            && let Some(depths) = depths.first_chunk_mut()
-        {
+        if let Some(depths) = depths.get_mut(at[half]..).and_then(<[f32]>::first_chunk_mut) {
             *depths = <[f32; HALF_BLOCK]>::from(new);
         }
     }

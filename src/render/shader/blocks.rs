@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use crate::coverage::run::{ROWS, RunGroup};
-use crate::fragment::block::{HALF_BLOCK, LANES};
+use crate::fragment::block::{ALL, HALF_BLOCK, LANES};
 use crate::render::depth::Comparison;
 use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
@@ -131,13 +131,30 @@ pub(crate) struct SampleBlock {
 }
 
 impl SampleBlock {
+    /// Puts a half without covered pixels beside the other, where it is in the cache.
+    #[inline(always)]
+    pub(crate) fn put_empty_half_beside(&mut self) {
+        if self.any & (ALL >> HALF_BLOCK) == 0 {
+            self.at[0] = self.at[1].wrapping_add(HALF_BLOCK);
+        }
+        if self.any >> HALF_BLOCK & (ALL >> HALF_BLOCK) == 0 {
+            self.at[1] = self.at[0].wrapping_add(HALF_BLOCK);
+        }
+    }
+
     /// Goes on to the next tile, if this is one.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
+        self.advance_by(1);
+    }
+
+    /// Goes on by some tiles, if this is one.
+    #[inline(always)]
+    pub(crate) fn advance_by(&mut self, tiles: usize) {
         for half in 0..2 {
-            self.steps[half] += LANES as f32;
-            self.at[half] = self.at[half].wrapping_add(LANES);
-            self.tiles[half].0 += 1;
+            self.steps[half] += (tiles * LANES) as f32;
+            self.at[half] = self.at[half].wrapping_add(tiles * LANES);
+            self.tiles[half].0 += tiles;
         }
     }
 }
@@ -150,8 +167,8 @@ pub(crate) struct SampleBlocks<'p> {
     pub(crate) places: &'p [[f32; 2]],
     /// The changes per pixel, to the right and downwards, of what is compared.
     pub(crate) change: [f32; 2],
-    /// How many elements are between two samples of a pixel.
-    pub(crate) stride: usize,
+    /// How many elements each sample has in the band.
+    pub(crate) plane: usize,
     pub(crate) comparison: Comparison,
     /// Whether depth is stored.
     pub(crate) writes: bool,
