@@ -2,8 +2,8 @@
 //!
 //! What flows in is the name of a file, or its bytes; what flows out is a [`Model`] with warnings. The format
 //! is recognised by the content, and only where that says nothing by the name. OBJ files are read by
-//! [`obj`](crate::obj); `formats::stl`, `formats::ply` and `formats::gltf` give the others the same form,
-//! `formats::found`. Files of more than [`MAX_BYTES`] or [`MAX_CORNERS`] face
+//! [`obj`](crate::obj), STL files by `formats::stl`; `formats::ply` and `formats::gltf` give the others the same
+//! form, `formats::found`. All keep to `formats::limits`. Files of more than [`MAX_BYTES`] or [`MAX_CORNERS`] face
 //! corners are refused, so that no file can ask for a machine's whole memory.
 //!
 //! ```
@@ -25,6 +25,8 @@ use std::path::{Path, PathBuf};
 use crate::model::Model;
 use crate::model::also::Also;
 
+mod limits;
+#[cfg(any(feature = "ply", feature = "gltf"))]
 mod found;
 #[cfg(feature = "stl")]
 mod stl;
@@ -33,7 +35,7 @@ mod ply;
 #[cfg(feature = "gltf")]
 mod gltf;
 
-pub use self::found::MAX_CORNERS;
+pub use self::limits::MAX_CORNERS;
 
 /// The most bytes in a file: 1 GiB.
 pub const MAX_BYTES: u64 = 1 << 30;
@@ -74,7 +76,7 @@ impl Format {
         if start.starts_with(b"{") {
             return Some(Self::Gltf);
         }
-        if found::begins_solid(content) {
+        if limits::begins_solid(content) {
             return Some(Self::Stl);
         }
         if content.len() >= 84 {

@@ -99,7 +99,7 @@
 //! | [`camera`] | a camera that sees the whole of an object, by the `camera::sphere` around it |
 //! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them, by points in `model::fans`, alike by `model::join`; `model::normals` that they lack, by `model::angle`s; `model::also`, warnings where there is no model |
 //! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s; `obj::lines`, `obj::notes` of what is left out, `obj::vertex_color`s and the `obj::geometry` of the text; bytes from `obj::file`s, `obj::warning`s, files for names by `obj::paths`; `obj::map_options` and `obj::mtl` files, `obj::materials`; and `obj::read`, which joins them |
-//! | `formats` | models from files of any format: what is `formats::found` in `formats::stl`, `formats::ply` and `formats::gltf` files, the last by their `formats::gltf::data` and `formats::gltf::looks` |
+//! | `formats` | models from files of any format within the `formats::limits`: `formats::stl`; what is `formats::found` in `formats::ply` and `formats::gltf` files, the last by their `formats::gltf::data` and `formats::gltf::looks` |
 //!
 //! A polygon keeps its sides; nothing is triangulated on the way.
 //!

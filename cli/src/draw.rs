@@ -229,6 +229,7 @@ impl<'a> Shot<'a> {
     }
 
     /// The memory of its vertices, for the next shot.
+    #[cfg(feature = "view")]
     pub(crate) fn into_memory(self) -> Vertices {
         self.vertices
     }

@@ -2,12 +2,10 @@
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
+use crate::formats::limits::{MAX_CORNERS, lost_faces, too_many_corners};
 use crate::model::corners::{BY_ANGLE, Corners};
 use crate::model::{Material, Model};
 use crate::texture::Texture;
-
-/// The most face corners in a file: 2^26, some 22 million triangles.
-pub const MAX_CORNERS: u64 = 1 << 26;
 
 /// A corner of a face.
 #[derive(Clone, Copy)]
@@ -160,26 +158,4 @@ impl Found {
         }
         corners.end_face(BY_ANGLE);
     }
-}
-
-/// What is said of faces that are left out.
-pub(super) fn lost_faces(count: u64) -> Option<String> {
-    (count > 0).then(|| {
-        format!(
-            "faces of fewer than 3 corners, or with a position that is not finite, are skipped ({count} in the \
-             file)"
-        )
-    })
-}
-
-pub(super) fn too_many_corners() -> String {
-    format!("it has more than {MAX_CORNERS} face corners: split the model")
-}
-
-/// Whether a file begins as STL text does, perhaps after comments.
-pub(super) fn begins_solid(content: &[u8]) -> bool {
-    let lines = content.split(|&byte| byte == b'\n' || byte == b'\r').map(<[u8]>::trim_ascii_start);
-    let mut lines = lines.take(1000).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
-    let word = lines.next().and_then(|line| line.get(..5));
-    word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
 }

@@ -11,7 +11,8 @@ use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use gltf::json::validation::Checked;
 use gltf::mesh::{Mode, Primitive, Semantic};
 
-use crate::formats::found::{Corner, Found, MAX_CORNERS};
+use crate::formats::found::{Corner, Found};
+use crate::formats::limits::MAX_CORNERS;
 
 mod data;
 mod looks;

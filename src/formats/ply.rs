@@ -10,7 +10,8 @@ use ply_rs_bw::ply::{
 };
 
 use crate::color::decode;
-use crate::formats::found::{Corner, Found, MAX_CORNERS};
+use crate::formats::found::{Corner, Found};
+use crate::formats::limits::MAX_CORNERS;
 use crate::model::Material;
 use crate::texture::Texture;
 

@@ -5,9 +5,9 @@
 
 use std::io::{Cursor, Read, Seek};
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
-use crate::formats::found::{MAX_CORNERS, begins_solid, lost_faces, too_many_corners};
+use crate::formats::limits::{MAX_CORNERS, begins_solid, lost_faces, too_many_corners};
 use crate::model::corners::{BY_ANGLE, Corners};
 use crate::model::{Material, Model};
 
@@ -55,7 +55,7 @@ fn collect(
     count: usize,
     crease_angle: f32,
 ) -> Result<(Option<Model>, Vec<String>), String> {
-    let (mut corners, mut warnings, mut lost) = (Corners::default(), Vec::new(), 0);
+    let (mut corners, mut warnings, mut lost) = (Corners::around(DVec3::ZERO), Vec::new(), 0);
     corners.reserve(3 * count, count);
     let triangles = stl_io::create_stl_reader(file).map_err(|error| error.to_string())?;
     for (number, triangle) in triangles.enumerate() {

@@ -48,6 +48,7 @@ impl Corners {
     }
 
     /// The point at a position of the file. It is added unless there is one.
+    #[cfg(any(feature = "obj", feature = "ply", feature = "gltf"))]
     pub(crate) fn point_at(&mut self, position: DVec3) -> u32 {
         self.point_near((position - self.origin).as_vec3())
     }
@@ -115,6 +116,7 @@ impl Corners {
 
     /// Gives the corner added last a colour: linear light, not multiplied by the alpha in `w`. In a model
     /// with colours every corner has one.
+    #[cfg(any(feature = "obj", feature = "ply", feature = "gltf"))]
     pub(crate) fn color(&mut self, color: Vec4) {
         self.color.push(color);
     }

@@ -8,7 +8,7 @@ use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::{Source, View};
 
-use crate::formats::found::MAX_CORNERS;
+use crate::formats::limits::MAX_CORNERS;
 
 /// The most bytes of all buffers: 1 GiB.
 const MAX_BYTES: u64 = 1 << 30;
