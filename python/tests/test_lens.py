@@ -49,9 +49,8 @@ def test_what_is_seen_is_where_opencv_projects_it(coefficients: list[float], is_
     assert np.abs(place[shown][:, 2] - seen.depth[shown]).max() < 1e-4
     y, x = np.nonzero(shown)
     error = np.linalg.norm(opencv(place[shown].astype(float), coefficients, is_fisheye) - np.stack([x, y], -1), axis=1)
-    # Besides the lens, corners are rounded to 1/256 pixel, and of thin parts that is a little more along them.
-    assert np.quantile(error, 0.99) < bound + 0.01 and error.max() < bound + 0.1
-    assert error.max() > 1e-5
+    # Corners are rounded to 1/256 pixel as well.
+    assert 1e-5 < error.max() < bound
     assert np.abs(seen.barycentrics[shown].sum(axis=-1) - 1).max() < 1e-5
     assert (seen.barycentrics[~shown] == 0).all() and (seen.depth[~shown] == 0).all()
     # Derivatives go with the neighbours.
