@@ -19,7 +19,7 @@ use crate::render::shader::{
     PerBlock, PerFragment, SampleBlock, SampleBlocks, ShadeBlocks, ShadeOnThreads, Shader,
     WholeBlocks, choose, rarely,
 };
-use crate::surface::rows::{RowValues, SurfaceView};
+use crate::surface::rows::{RowLine, RowValues, SurfaceView};
 
 /// The samples of a block's pixels: their colours, and which of them are to be drawn.
 pub(crate) struct SampleColors<'a, C> {
@@ -310,13 +310,11 @@ fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
     shader: &mut K,
 ) {
     let set = memory.set;
-    let Patch { surface, runs, values } = *patch;
-    let Some(s) = values.s.first_chunk::<N>() else { return };
-    let count = set.places.len().min(MOST_SAMPLES);
+    let Some(s) = patch.values.s.first_chunk::<N>() else { return };
+    let by_tiles = K::IS_BY_PIXEL && set.writes && !set.is_inverse_w;
     for (change, place) in memory.changes.iter_mut().zip(set.places) {
         *change = Tile::change_at(set.change, *place);
     }
-    let mut visible = [0; MOST_SAMPLES];
     let (mut blocks, mut tile, mut tiles_left) = (set.blocks.iter(), SampleBlock::default(), 0);
     // A call within two loops the compiler takes to be hot, and inlines larger shaders there.
     loop {
@@ -333,7 +331,7 @@ fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
                 }
             }
             if tiles_left > 0 {
-                if K::IS_BY_PIXEL {
+                if by_tiles && tile.tiles[0].1 == 0 {
                     let tiles = (&mut tile, tiles_left);
                     tiles_left -= draw_tiles(simd, patch, &mut memory, tiles, shader);
                     if tiles_left == 0 {
@@ -342,31 +340,45 @@ fn draw<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
                 }
                 part = &tile;
             }
-            let block = Block::in_two_rows(simd, part.rows, part.steps);
-            memory.make_apart(part);
-            let tested = (surface, values, &mut visible[..count]);
-            let any = memory.test(&block, part, tested);
-            if any != 0 {
-                let column = |half: usize| {
-                    (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half])
-                };
-                let mut fragments = FragmentBlock::new(surface, runs, [column(0), column(1)], any);
-                let (places, mut depth) = (places(simd, part, set), [0.0; LANES]);
-                block.off_centre(surface, values, s, places, (&mut depth, fragments.found()));
-                fragments.depth = depth;
-                let (colors, plane) = (&mut *memory.colors, set.plane);
-                let visible = &mut visible[..count];
-                let samples = SampleColors { colors, at: part.at, plane, visible: &mut *visible };
-                shader.shade(simd, &mut fragments, samples);
-                if set.writes {
-                    memory.store(&block, part, (surface, values, visible));
-                }
-            }
+            draw_block(simd, patch, &mut memory, (part, s), shader);
             if tiles_left > 0 {
                 tiles_left -= 1;
                 tile.advance();
             }
         }
+    }
+}
+
+/// Draws a block sample by sample.
+#[inline(always)]
+fn draw_block<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
+    simd: S,
+    patch: &Patch<'_>,
+    memory: &mut Memory<'_, C>,
+    (part, s): (&SampleBlock, &[RowLine; N]),
+    shader: &mut K,
+) {
+    let Patch { surface, runs, values } = *patch;
+    let set = memory.set;
+    let block = Block::in_two_rows(simd, part.rows, part.steps);
+    let mut visible = [0; MOST_SAMPLES];
+    let visible = &mut visible[..set.places.len().min(MOST_SAMPLES)];
+    memory.make_apart(part);
+    let any = memory.test(&block, part, (surface, values, &mut *visible));
+    if any == 0 {
+        return;
+    }
+    let column =
+        |half: usize| (values.x[part.rows[half] % ROWS] + part.steps[half] as i32, part.rows[half]);
+    let mut fragments = FragmentBlock::new(surface, runs, [column(0), column(1)], any);
+    let (places, mut depth) = (places(simd, part, set), [0.0; LANES]);
+    block.off_centre(surface, values, s, places, (&mut depth, fragments.found()));
+    fragments.depth = depth;
+    let (colors, plane) = (&mut *memory.colors, set.plane);
+    let samples = SampleColors { colors, at: part.at, plane, visible: &mut *visible };
+    shader.shade(simd, &mut fragments, samples);
+    if set.writes {
+        memory.store(&block, part, (surface, values, visible));
     }
 }
 
@@ -382,48 +394,35 @@ fn draw_tiles<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
 ) -> usize {
     let Patch { surface, runs, values } = *patch;
     // Copies: what is read through references would be read again after each colour is stored.
-    let SampleBlocks { change, comparison, writes, is_inverse_w, .. } = *memory.set;
+    let change = memory.set.change;
     let Some(along) = AtCentres::<N>::new(surface, values, part.rows[0]) else { return 0 };
     let (row, reach, z_range) = (part.rows[0] % ROWS, Tile::reach(change), surface.base.z_range);
-    if !writes || is_inverse_w || part.tiles[0].1 != 0 {
-        return 0;
-    }
     let mut block = Block::in_row(simd, row, part.steps[0]);
-    let mut x = values.x[row] + part.steps[0] as i32;
+    let x = values.x[row] + part.steps[0] as i32;
     let mut done = 0;
     while done < count {
-        let mut discarded = None;
+        let (first, mut discarded) = (done, None);
         let at = part.at[0].wrapping_add(done * LANES);
-        let Some((depths, others)) = pixels_and_others(memory.depths, at, count - done) else {
-            rarely();
-            break;
-        };
+        let depths = pixels_and_others(memory.depths, at, count - done);
+        let Some((depths, others)) = depths else { break };
         let colors = memory.colors.get_mut(at..).unwrap_or_default().as_chunks_mut().0;
         let tiles = memory.tiles.get_mut(part.tiles[0].0 + done..).unwrap_or_default();
         for ((colors, stored), tile) in colors.iter_mut().zip(depths).zip(tiles).take(NEST) {
             let depth = block.along(&along.z);
-            let first = f32x16::simd_from(simd, *stored);
-            // Most blocks are clearly nearer, and within the polygon's range as they are.
-            let is_clear = comparison == Comparison::Less
-                && tile.is_whole
-                && is_clearly_nearer(depth, (first, Tile::reach(tile.change)), (reach, z_range));
-            if !is_clear {
+            let set = (memory.set, &memory.changes, K::REPLACES);
+            let old = (*tile, &*stored, (others, (count - done) * LANES));
+            if !is_tile_visible(set, old, depth, (reach, z_range)) {
                 rarely();
-                let set = (memory.set, &memory.changes);
-                let can_be_whole = tile.is_whole || K::REPLACES;
-                let old = (*tile, &*stored, (others, (count - done) * LANES));
-                if !can_be_whole || !is_whole_visible(simd, set, old, (depth.into(), z_range)) {
-                    part.advance_by(done);
-                    return done;
-                }
+                part.advance_by(done);
+                return done;
             }
+            let x = x + (done * LANES) as i32;
             let halves = [(x, row), (x + HALF_BLOCK as i32, row)];
             let mut fragments = FragmentBlock::new(surface, runs, halves, ALL);
             block.at_centres(surface, &along, fragments.found());
             fragments.depth = block.depth_along(&along.z, z_range).into();
             let drawn = shader.whole(&mut fragments, colors) & ALL;
             done += 1;
-            x += LANES as i32;
             block.advance();
             if drawn != ALL {
                 rarely();
@@ -439,9 +438,34 @@ fn draw_tiles<S: Simd, C: Copy, K: SampleShader<C, N>, const N: usize>(
             tile.advance_by(done - 1);
             memory.store_discarded(&tile, depth, drawn);
         }
+        if done == first {
+            break;
+        }
     }
     part.advance_by(done);
     done
+}
+
+/// Whether a tile that is covered at all samples is visible at all, and stays whole if it is drawn.
+#[inline(always)]
+fn is_tile_visible<S: Simd>(
+    (set, changes, replaces): (&SampleBlocks<'_>, &[f32; MOST_SAMPLES], bool),
+    (tile, first, others): (Tile, &Lanes, (&[f32], usize)),
+    depth: f32x16<S>,
+    (reach, z_range): (f32, (f32, f32)),
+) -> bool {
+    let simd = depth.simd;
+    // Most are clearly nearer.
+    let old = (f32x16::simd_from(simd, *first), Tile::reach(tile.change));
+    let is_clear = set.comparison == Comparison::Less
+        && tile.is_whole
+        && is_clearly_nearer(depth, old, (reach, z_range));
+    if is_clear {
+        return true;
+    }
+    rarely();
+    let (set, depths) = ((set, changes), (depth.into(), z_range));
+    (tile.is_whole || replaces) && is_whole_visible(simd, set, (tile, first, others), depths)
 }
 
 /// The first samples of whole tiles, from one on, and what comes in memory behind them.
