@@ -192,8 +192,7 @@ macro_rules! buffers {
             }
 
             #[inline(always)]
-            /// The values of a lane.
-    fn get(block: &Self::Block, lane: usize) -> Self {
+            fn get(block: &Self::Block, lane: usize) -> Self {
                 ($(block.$i[lane % LANES],)+)
             }
 
