@@ -243,7 +243,7 @@ impl Town {
     fn new() -> Self {
         const SIDE: u16 = 20;
         let camera = perspective(1.0, 16.0 / 9.0, 0.1, 200.0)
-            * look_at_mat4(Vec3::new(0.3, 1.2, 0.0), Vec3::new(0.0, 1.0, -9.0), Vec3::Y);
+            * look_at_mat4(Vec3::new(0.3, 6.0, 2.0), Vec3::new(0.0, 0.0, -20.0), Vec3::Y);
         let (mut houses, mut sides, mut balls) = (Vec::new(), Vec::new(), Vec::new());
         for (row, column) in (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| (row, column))) {
             let (x, z) = (f32::from(column) - 9.5, f32::from(row));
@@ -253,7 +253,9 @@ impl Town {
             let first = houses.len() as u32;
             houses.extend(corners.map(|corner| Vertex::new(camera * corner.extend(1.0), [])));
             sides.extend(house.map(|side| side.map(|i| first + i)));
-            balls.push(corner + Vec3::new(1.2, 0.5, -0.8));
+            // Every fifth is above the roof.
+            let up = if (row + 2 * column) % 5 == 0 { height + 0.6 } else { 0.5 };
+            balls.push(corner + Vec3::new(1.2, up, -0.8));
         }
         let (ball, triangles) = sphere(50, 25);
         let place = |v: &Vertex<2>| {

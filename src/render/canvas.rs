@@ -127,7 +127,8 @@ impl<B: BufferSet> Canvas for Buffers<B> {
         simd,
         colors: &mut [(); usize::MAX],
         pixels_before: 0,
-        shader: OnBuffers::<B, _> {
+        shader: OnBuffers::<S, B, _> {
+            simd,
             slices: memory.0,
             width: memory.1,
             pixels_before: 0,

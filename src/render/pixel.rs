@@ -1,7 +1,12 @@
 //! What a target holds for each pixel: one value, or several in buffers of their own.
 
+use fearless_simd::{Simd, SimdMask, mask32x8};
+
 use crate::fragment::LANES;
 use crate::fragment::block::HALF_BLOCK;
+
+/// The bits of half a block's lanes.
+const HALF: u32 = (1 << HALF_BLOCK) - 1;
 
 /// What a target holds for each pixel: a value of any type that is `Copy`, or several values in separate
 /// [`Buffers`].
@@ -112,7 +117,13 @@ pub trait BufferSet: Sized {
     fn load(slices: &Self::Slices<'_>, at: [usize; 2]) -> Self::Block;
 
     /// Stores the values of some lanes.
-    fn store(slices: &mut Self::Slices<'_>, at: [usize; 2], block: &Self::Block, lanes: u32);
+    fn store<S: Simd>(
+        simd: S,
+        slices: &mut Self::Slices<'_>,
+        at: [usize; 2],
+        block: &Self::Block,
+        lanes: u32,
+    );
 
     /// The values of a lane.
     fn get(block: &Self::Block, lane: usize) -> Self;
@@ -182,13 +193,14 @@ macro_rules! buffers {
             }
 
             #[inline(always)]
-            fn store(
+            fn store<S: Simd>(
+                simd: S,
                 slices: &mut Self::Slices<'_>,
                 at: [usize; 2],
                 block: &Self::Block,
                 lanes: u32,
             ) {
-                $(store(slices.$i, at, &block.$i, lanes);)+
+                $(store(simd, slices.$i, at, &block.$i, lanes);)+
             }
 
             #[inline(always)]
@@ -260,20 +272,37 @@ fn load_at_end<A: Copy>(values: &[A], at: [usize; 2]) -> [A; LANES] {
 
 /// Stores the values of some lanes. The halves may overlap, but not in pixels that both have.
 #[inline(always)]
-fn store<A: Copy>(values: &mut [A], at: [usize; 2], block: &[A; LANES], lanes: u32) {
-    const WHOLE: u32 = (1 << HALF_BLOCK) - 1;
+fn store<S: Simd, A: Copy>(
+    simd: S,
+    values: &mut [A],
+    at: [usize; 2],
+    block: &[A; LANES],
+    lanes: u32,
+) {
     for (half, new) in block.as_chunks::<HALF_BLOCK>().0.iter().enumerate() {
-        let lanes = lanes >> (half * HALF_BLOCK) & WHOLE;
-        let old = values.get_mut(at[half]..).and_then(<[A]>::first_chunk_mut::<HALF_BLOCK>);
-        match old {
-            Some(old) if lanes == WHOLE => *old = *new,
-            Some(old) => {
-                for (lane, (old, new)) in old.iter_mut().zip(new).enumerate() {
-                    *old = if lanes >> lane & 1 != 0 { *new } else { *old };
-                }
-            }
+        let lanes = lanes >> (half * HALF_BLOCK) & HALF;
+        match values.get_mut(at[half]..).and_then(<[A]>::first_chunk_mut::<HALF_BLOCK>) {
+            Some(old) if lanes == HALF => *old = *new,
+            Some(old) => choose(simd, lanes, new, old),
             None => store_at_end(values, at[half], new, lanes),
         }
+    }
+}
+
+/// Replaces the values of the lanes that were drawn, in half a block.
+#[inline(always)]
+pub(crate) fn choose<S: Simd, C: Copy>(
+    simd: S,
+    drawn: u32,
+    new: &[C],
+    colors: &mut [C; HALF_BLOCK],
+) {
+    // A loop over three arrays becomes one vector instruction that chooses.
+    let mask = mask32x8::from_bitmask(simd, (drawn & HALF).into());
+    let mask = <[i32; HALF_BLOCK]>::from(mask);
+    let old = *colors;
+    for lane in 0..HALF_BLOCK {
+        colors[lane] = if mask[lane] != 0 { new[lane] } else { old[lane] };
     }
 }
 

@@ -21,6 +21,8 @@ pub(crate) use self::blocks::{
 };
 pub(crate) use self::buffers::OnBuffers;
 pub(crate) use self::draw::{DepthOnly, NEST, Painter, halves_at, rarely};
+pub(crate) use crate::render::pixel::choose;
+
 pub(crate) use self::form::{
-    Aligned, Alone, BlockFunction, FragmentFunction, PerBlock, PerFragment, Shader, Shared, choose,
+    Aligned, Alone, BlockFunction, FragmentFunction, PerBlock, PerFragment, Shader, Shared,
 };

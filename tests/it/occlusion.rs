@@ -80,10 +80,11 @@ fn occluders(rng: &mut Rng, places: &mut Vec<Vec3>, faces: &mut Vec<Vec<u32>>) {
         // A flat polygon, of a size.
         let (middle, size) = (vector(rng, 1.5), rng.octaves(0.1, 3.0) as f32);
         let (x, y) = vector(rng, 1.0).normalize_or(Vec3::X).any_orthonormal_pair();
+        let thin = if rng.once_in(4) { rng.octaves(1e-6, 0.1) as f32 } else { 1.0 };
         let sides = 3 + rng.below(4);
         for side in 0..sides {
             let angle = std::f32::consts::TAU * side as f32 / sides as f32;
-            places.push(middle + (x * angle.cos() + y * angle.sin()) * size);
+            places.push(middle + (x * angle.cos() + y * (angle.sin() * thin)) * size);
         }
         faces.push((first..places.len() as u32).collect());
     }

@@ -18,8 +18,9 @@ pub(super) const TILE_HEIGHT: usize = 8;
 /// A bit for each pixel of a tile, row by row, from the left.
 type Mask = [u32; TILE_HEIGHT];
 
-/// A part of a polygon's depths that rounding may have added to them in `f32`: eight units in the last place.
-const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
+/// A part of a polygon's depths that rounding may have added to them in `f32`, and may take off here: sixteen
+/// units in the last place.
+const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
 /// The tiles of a picture.
 #[derive(Clone, Debug)]
@@ -61,6 +62,15 @@ impl Tile {
         }
         if all == u32::MAX {
             (self.far, self.near, self.mask) = (self.near, f32::NEG_INFINITY, outside());
+        }
+    }
+
+    /// Takes all pixels, at which nothing is farther than `farthest`.
+    #[inline(always)]
+    fn cover_all(&mut self, farthest: f32, outside: impl Fn() -> Mask) {
+        self.far = farthest;
+        if self.near >= farthest {
+            (self.mask, self.near) = (outside(), f32::NEG_INFINITY);
         }
     }
 
@@ -159,86 +169,85 @@ impl TilePainter<'_> {
     /// Covers the pixels of some runs in a row of tiles: `runs` in each row of the tiles, empty where there
     /// are none.
     #[inline(always)]
-    fn cover_row(&mut self, y: usize, runs: &[[i32; 2]; TILE_HEIGHT], depth: &Depths<'_>) {
+    fn cover_row(&mut self, y: usize, runs: &[[i32; 2]; TILE_HEIGHT], depth: &RowDepths) {
         let (mut left, mut right) = (i32::MAX, i32::MIN);
+        // The columns that all rows have.
+        let (mut inner_left, mut inner_right) = (i32::MIN, i32::MAX);
         for [start, end] in runs {
             if start < end {
                 (left, right) = (left.min(*start), right.max(*end));
             }
+            (inner_left, inner_right) = (inner_left.max(*start), inner_right.min(*end));
         }
         if left >= right {
             return;
         }
-        let tiles = left as usize / TILE_WIDTH..(right as usize).div_ceil(TILE_WIDTH);
         let first = y.wrapping_sub(self.first_row / TILE_HEIGHT).wrapping_mul(self.columns);
-        let size = self.size;
-        for x in tiles {
-            let Some(tile) = self.tiles.get_mut(first.wrapping_add(x)) else { continue };
+        let columns = left as usize / TILE_WIDTH..(right as usize).div_ceil(TILE_WIDTH);
+        let range = first.wrapping_add(columns.start)..first.wrapping_add(columns.end);
+        let Some(tiles) = self.tiles.get_mut(range) else { return };
+        for (tile, x) in tiles.iter_mut().zip(columns) {
             let tile_left = (x * TILE_WIDTH) as i32;
-            let farthest =
-                depth.farthest(left.max(tile_left), right.min(tile_left + TILE_WIDTH as i32), y);
-            // This is false for NaN, too.
-            if farthest < tile.far {
-                let mut covered = [0; TILE_HEIGHT];
-                for (covered, [start, end]) in covered.iter_mut().zip(runs) {
-                    *covered = bits(start - tile_left, end - tile_left);
-                }
-                if covered != [0; TILE_HEIGHT] {
-                    tile.cover(&covered, farthest, || outside(size, x, y));
-                }
+            let tile_right = tile_left + TILE_WIDTH as i32;
+            let farthest = depth.farthest(left.max(tile_left), right.min(tile_right));
+            if farthest >= tile.far {
+                continue;
+            }
+            let outside = || outside(self.size, x, y);
+            if inner_left <= tile_left && tile_right <= inner_right {
+                tile.cover_all(farthest, outside);
+                continue;
+            }
+            let mut covered = [0; TILE_HEIGHT];
+            for (covered, [start, end]) in covered.iter_mut().zip(runs) {
+                *covered = bits(start - tile_left, end - tile_left);
+            }
+            if covered != [0; TILE_HEIGHT] {
+                tile.cover(&covered, farthest, outside);
             }
         }
     }
 }
 
-/// The depths of a polygon.
-struct Depths<'s> {
-    surface: &'s SurfaceView<'s>,
-    is_reversed: bool,
-    /// Whether they are a plane.
-    is_plane: bool,
-    rounding: f64,
+/// The depths of a polygon in a row of tiles, as what grows with the distance.
+struct RowDepths {
+    /// The most at the column 0 of the framebuffer, and the change per column.
+    at: f64,
+    change: f64,
+    least: f32,
+    most: f32,
 }
 
-impl<'s> Depths<'s> {
-    fn new(surface: &'s SurfaceView<'s>, is_reversed: bool) -> Self {
+impl RowDepths {
+    fn new(surface: &SurfaceView<'_>, is_reversed: bool, tile_row: usize) -> Self {
         let base = surface.base;
+        let sign = if is_reversed { -1.0 } else { 1.0 };
+        let (least, most) =
+            if is_reversed { (-base.z_range.1, -base.z_range.0) } else { base.z_range };
+        let [value, change, down] = [base.z.value, base.z.dx, base.z.dy].map(|z| sign * z);
         let is_by_edges = surface.mixed.is_some_and(|mixed| mixed.is_by_edges(Component::Z));
-        let is_finite = (base.z.value + base.z.dx + base.z.dy).is_finite();
-        let (least, most) = base.z_range;
-        let rounding = f64::from(least.abs() + most.abs()) * ROUNDING;
-        Self { surface, is_reversed, is_plane: is_finite && !is_by_edges, rounding }
-    }
-
-    /// What no pixel of some columns of the framebuffer, in a row of tiles, is farther than.
-    #[inline(always)]
-    fn farthest(&self, left: i32, right: i32, tile_row: usize) -> f32 {
-        let base = self.surface.base;
-        let (least, most) = base.z_range;
-        if !self.is_plane {
-            return if self.is_reversed { -least } else { most };
+        if is_by_edges || !(value + change + down).is_finite() {
+            return Self { at: f64::INFINITY, change: 0.0, least, most };
         }
         let (corner_x, corner_y) = base.corner;
         let centre =
             |pixel: i32, corner: i32, origin: f64| f64::from(pixel - corner) + 0.5 - origin;
         let top = (tile_row * TILE_HEIGHT) as i32;
-        let xs = [left, right - 1].map(|x| centre(x, corner_x, base.origin[0]) * base.z.dx);
-        let ys = [top, top + TILE_HEIGHT as i32 - 1]
-            .map(|y| centre(y, corner_y, base.origin[1]) * base.z.dy);
-        if self.is_reversed {
-            let z = base.z.value + xs[0].min(xs[1]) + ys[0].min(ys[1]) - self.rounding;
-            return -below(z).max(least).min(most);
-        }
-        let z = base.z.value + xs[0].max(xs[1]) + ys[0].max(ys[1]) + self.rounding;
-        (-below(-z)).max(least).min(most)
+        let rows =
+            [top, top + TILE_HEIGHT as i32 - 1].map(|y| centre(y, corner_y, base.origin[1]) * down);
+        // A centre may lie outside of the polygon, where a steep plane is far from its range.
+        let size = f64::from(least.abs() + most.abs()) + change.abs() + down.abs();
+        let rounding = size * ROUNDING;
+        let at = value + change * centre(0, corner_x, base.origin[0]) + rows[0].max(rows[1]);
+        Self { at: at + rounding, change, least, most }
     }
-}
 
-/// The number in `f32` that is not greater.
-#[inline(always)]
-fn below(value: f64) -> f32 {
-    let nearest = value as f32;
-    if f64::from(nearest) > value { nearest.next_down() } else { nearest }
+    /// What no pixel of some columns of the framebuffer is farther than.
+    #[inline(always)]
+    fn farthest(&self, left: i32, right: i32) -> f32 {
+        let column = if self.change > 0.0 { right - 1 } else { left };
+        ((self.at + self.change * f64::from(column)) as f32).max(self.least).min(self.most)
+    }
 }
 
 impl ShadeBlocks for TilePainter<'_> {
@@ -253,7 +262,6 @@ impl ShadeBlocks for TilePainter<'_> {
     fn prefetch(&self, _: Range<usize>) {}
 
     fn cover(&mut self, surface: &SurfaceView<'_>, runs: &RunGroup, columns: &Range<i32>) {
-        let depth = Depths::new(surface, self.is_reversed);
         let (corner_x, corner_y) = surface.base.corner;
         let first = runs.y + corner_y;
         // Rows of a group lie in two rows of tiles at most.
@@ -269,6 +277,7 @@ impl ShadeBlocks for TilePainter<'_> {
                     [start, end.max(start)];
                 row += 1;
             }
+            let depth = RowDepths::new(surface, self.is_reversed, y);
             self.cover_row(y, &of_tiles, &depth);
             y += 1;
         }

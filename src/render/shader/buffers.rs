@@ -10,11 +10,12 @@ use crate::render::pixel::{BufferSet, Buffers};
 use crate::render::shader::blocks::ShadeOnThreads;
 use crate::render::shader::draw::Painter;
 use crate::render::shader::form::{
-    BlockFunction, FragmentFunction, Halves, PerBlock, PerFragment, Shader,
+    Aligned, BlockFunction, FragmentFunction, Halves, PerBlock, PerFragment, Shader,
 };
 
 /// A shader with the buffers that it paints: those of a target, or of some rows of it.
-pub(crate) struct OnBuffers<'a, B: BufferSet + 'a, K> {
+pub(crate) struct OnBuffers<'a, S, B: BufferSet + 'a, K> {
+    pub(crate) simd: S,
     pub(crate) slices: B::Slices<'a>,
     /// Pixels in a row of the target.
     pub(crate) width: usize,
@@ -103,7 +104,12 @@ impl<B: BufferSet, F: BlockFunction<B::Block, N>, const N: usize> BufferShader<B
     }
 }
 
-impl<B: BufferSet, K: BufferShader<B, N>, const N: usize> Shader<(), N> for OnBuffers<'_, B, K> {
+impl<L, B, K, const N: usize> Shader<(), N> for OnBuffers<'_, L, B, K>
+where
+    L: Simd,
+    B: BufferSet,
+    K: BufferShader<B, N>,
+{
     #[inline(always)]
     fn whole(&mut self, block: &mut FragmentBlock<'_, N>, _: &mut [(); LANES]) -> u32 {
         self.shade::<true, N>(block)
@@ -115,7 +121,7 @@ impl<B: BufferSet, K: BufferShader<B, N>, const N: usize> Shader<(), N> for OnBu
     }
 }
 
-impl<B: BufferSet, K> OnBuffers<'_, B, K> {
+impl<S: Simd, B: BufferSet, K> OnBuffers<'_, S, B, K> {
     #[inline(always)]
     fn shade<const WHOLE: bool, const N: usize>(&mut self, block: &mut FragmentBlock<'_, N>) -> u32
     where
@@ -127,14 +133,20 @@ impl<B: BufferSet, K> OnBuffers<'_, B, K> {
             let row = (y as usize).wrapping_mul(self.width);
             row.wrapping_add(x as usize).wrapping_sub(self.pixels_before)
         });
-        let mut values = B::load(&self.slices, at);
-        let drawn = self.shader.shade::<WHOLE>(block, &mut values);
-        B::store(&mut self.slices, at, &values, drawn);
+        let mut values = Aligned(B::load(&self.slices, at));
+        let drawn = self.shader.shade::<WHOLE>(block, &mut values.0);
+        if WHOLE {
+            B::store(self.simd, &mut self.slices, at, &values.0, drawn);
+        } else {
+            // Stored as a whole, so that the shader's loop over the lanes can be SIMD.
+            let values = std::hint::black_box(&values);
+            B::store(self.simd, &mut self.slices, at, &values.0, drawn);
+        }
         drawn
     }
 }
 
-impl<S, B, K, const N: usize> ShadeOnThreads for Painter<'_, S, (), OnBuffers<'_, B, K>, N>
+impl<S, B, K, const N: usize> ShadeOnThreads for Painter<'_, S, (), OnBuffers<'_, S, B, K>, N>
 where
     S: Simd + Send,
     B: BufferSet,
@@ -150,7 +162,8 @@ where
         let middle = pixel.saturating_sub(pixels_before).min(self.colors.len());
         let (first, second) = self.colors.split_at_mut(middle);
         let (slices_before, slices) = B::split(slices, middle);
-        let on = |slices, pixels_before| OnBuffers::<B, K> {
+        let on = |slices, pixels_before| OnBuffers::<S, B, K> {
+            simd,
             slices,
             width: *width,
             pixels_before,

@@ -2,11 +2,12 @@
 
 use std::marker::PhantomData;
 
-use fearless_simd::{Simd, SimdMask, mask32x8};
+use fearless_simd::Simd;
 
 use crate::fragment::block::{ALL, HALF_BLOCK, LANES};
 use crate::fragment::{Fragment, FragmentBlock};
 use crate::render::paint::Paint;
+use crate::render::pixel::choose;
 
 /// A shader, whichever form it has.
 pub(crate) trait Shader<C, const N: usize> {
@@ -207,22 +208,5 @@ where
         choose(simd, drawn, &shaded[..HALF_BLOCK], lower);
         choose(simd, drawn >> HALF_BLOCK, &shaded[HALF_BLOCK..], upper);
         drawn
-    }
-}
-
-/// Replaces the colours of the lanes that were drawn, in half a block.
-#[inline(always)]
-pub(crate) fn choose<S: Simd, C: Copy>(
-    simd: S,
-    drawn: u32,
-    new: &[C],
-    colors: &mut [C; HALF_BLOCK],
-) {
-    // A loop over three arrays becomes one vector instruction that chooses.
-    let mask = mask32x8::from_bitmask(simd, (drawn & (ALL >> HALF_BLOCK)).into());
-    let mask = <[i32; HALF_BLOCK]>::from(mask);
-    let old = *colors;
-    for lane in 0..HALF_BLOCK {
-        colors[lane] = if mask[lane] != 0 { new[lane] } else { old[lane] };
     }
 }
