@@ -6,8 +6,11 @@
 //! each sample. A polygon's colour is found once for all samples of a pixel that show it (K. Akeley,
 //! "RealityEngine Graphics", SIGGRAPH 1993).
 //!
+//! Time and memory against the number of samples are in the project's PERFORMANCE.md.
+//!
 //! `samples::pattern` has the places, `samples::frame` the memory; `samples::raster` finds what is covered,
-//! of `samples::small` triangles by whole blocks, and `samples::shade` tests, shades and stores it; `samples::renderer` is what is drawn with.
+//! of `samples::small` triangles by whole blocks, and `samples::shade` tests, shades and stores it;
+//! `samples::renderer` is what is drawn with.
 
 pub(crate) mod pattern;
 pub(crate) mod frame;

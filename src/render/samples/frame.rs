@@ -193,7 +193,7 @@ impl<C: Copy> MultisampleFramebuffer<C> {
     /// A framebuffer filled with a colour, its depth with 1.0, the depth of the far plane.
     ///
     /// # Errors
-    /// As [`Framebuffer::new`]; it takes as much memory as there are samples times that.
+    /// As [`Framebuffer::new`]; it takes as much memory as there are samples times that, and up to 128 pixels more a row.
     pub fn new(width: u32, height: u32, samples: Samples, color: C) -> Result<Self, SizeError> {
         SizeError::check(width, height)?;
         let reason = "there is not enough memory for its samples; draw in tiles with \
