@@ -4,15 +4,17 @@
 //! out is a colour for any texture coordinate, or for the [`Footprint`](crate::Footprint) of a pixel.
 //!
 //! - [`Texture`]s are made by `texture::build`, and asked for colours by `texture::look_up`;
+//!   `texture::bumps` makes normal maps of heights;
 //! - `texture::limits` says how large textures may be, `texture::error` what can go wrong;
 //! - `texture::format` says how samples are stored, `texture::light` decodes them, and
 //!   `texture::texels` holds them in memory;
 //! - `texture::picture`s of the `image` crate and picture `texture::file`s become texels;
 //! - `texture::wrap` finds the texels at a coordinate, `texture::sample` their colour, by
 //!   `texture::cubic`s as well;
-//! - `texture::chain` makes the levels of a mip chain, `texture::level` tells which of them a pixel needs,
+//! - `texture::chain` makes the levels of a mip chain, for cut-outs by `texture::cutout`, `texture::level` tells which of them a pixel needs,
 //!   and `texture::minify` filters what it sees, by an `texture::ewa` if it is to; `texture::block` does
-//!   it for 16 pixels at once, which is what becomes of the `texture::paint` that shaders return.
+//!   it for 16 pixels at once, which is what becomes of the `texture::paint` that shaders return;
+//! - `texture::environment` is what is seen in a direction.
 //!
 //! Texture coordinates have u to the right and v DOWN, as in wgpu, Direct3D and glTF: (0, 0) is the
 //! top left corner of the picture, (1, 1) the bottom right one, whatever its size. The centre of
@@ -83,17 +85,21 @@ mod file;
 mod wrap;
 mod cubic;
 mod sample;
+mod cutout;
 mod chain;
 mod level;
 mod ewa;
 mod minify;
 mod block;
 mod build;
+mod bumps;
 mod look_up;
+mod environment;
 mod paint;
 
 pub use self::build::Texture;
 pub use self::cubic::Cubic;
+pub use self::environment::{DirectionFootprint, EnvironmentMap};
 pub use self::error::TextureError;
 pub use self::format::{Format, Samples};
 pub use self::level::MipFilter;
