@@ -83,7 +83,7 @@ impl<C: Copy + Add<Output = C> + Mul<f32, Output = C>> Framebuffer<C> {
     ///
     /// // Half a pixel, cut along its diagonal.
     /// let triangle = [(-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| vec4(x, y, 0.5, 1.0));
-    /// let picture = Framebuffer::supersampled_by_points((1, 1), 256, Vec3::ZERO, |frame, moved| {
+    /// let picture = Framebuffer::supersampled_by_points((1, 1), 300, Vec3::ZERO, |frame, moved| {
     ///     let triangle = triangle.map(|position| Vertex::new(moved * position, []));
     ///     ZBufferRenderer::new(frame.viewport()).draw(frame, &triangle, |_| Vec3::ONE);
     /// })?;
