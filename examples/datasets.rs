@@ -43,7 +43,8 @@ use polyscan::glam::{DVec3, Mat4, Vec2, Vec3, Vec4, vec2};
 use polyscan::model::{Model, ModelVertex};
 use polyscan::obj::Loader;
 use polyscan::render::{
-    MultisampleFramebuffer, MultisampleRenderer, Product, Samples, Visibility, VisibilityRenderer,
+    MultisampleFramebuffer, MultisampleRenderer, Over, Product, Samples, Visibility,
+    VisibilityRenderer,
 };
 use polyscan::texture::{MipFilter, Texture};
 use polyscan::{Framebuffer, Mesh, Vertex};
@@ -53,7 +54,7 @@ mod cli;
 #[expect(dead_code, reason = "other examples have one view, and glass")]
 mod studio;
 
-use studio::{Lamp, Surface, parse_size, parse_up};
+use studio::{Lamp, Surface, parse_size, parse_up, shade};
 
 const HELP: &str = "\
 Write colour, depth, ids, normals and texture coordinates of a model on a floor, seen from many places.
@@ -165,7 +166,12 @@ impl<'a> Scene<'a> {
         let below = centre.dot(up) - level;
         let sphere = Sphere { centre, radius: radius.max(below.hypot(FLOOR * radius)) };
 
-        let surface = |v: &ModelVertex| Surface { uv: v.uv, normal: v.normal, color: v.color };
+        let surface = |v: &ModelVertex| Surface {
+            uv: v.uv,
+            normal: v.normal,
+            color: v.color,
+            tangent: v.tangent,
+        };
         let mut scene = Self {
             model,
             places,
@@ -196,7 +202,8 @@ impl<'a> Scene<'a> {
             let at = Vec2::from_angle(TAU * f32::from(i) / f32::from(SIDES));
             self.places.push(middle + (x * at.x + y * at.y) * radius);
             let uv = vec2(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y);
-            self.surfaces.push(Surface { uv, normal: self.up, color: Vec4::ONE });
+            let (color, tangent) = (Vec4::ONE, Vec4::ZERO);
+            self.surfaces.push(Surface { uv, normal: self.up, color, tangent });
         }
         self.faces.push((first..self.places.len() as u32).collect());
         self.has_uv.push(true);
@@ -285,14 +292,17 @@ impl<'a> Shot<'a> {
         let mut frame = MultisampleFramebuffer::new(size.0, size.1, SAMPLES, background)?;
         let mut renderer = MultisampleRenderer::new(frame.viewport());
         renderer.draw(&mut frame, Mesh::new(&vertices, &scene.faces), |fragment| {
-            let surface = Surface::from(fragment.params);
-            // The texture coordinates are the first two of the surface's values.
-            let footprint = fragment.footprint(0, 1);
-            let color = match scene.materials.get(fragment.face as usize) {
-                Some(&material) => scene.model.color_at(material, &footprint, surface.color),
-                None => scene.checkers.sample_footprint(&footprint),
-            };
-            color.truncate() / color.w.max(f32::MIN_POSITIVE) * scene.lamp.lit(&surface)
+            match scene.materials.get(fragment.face as usize) {
+                Some(&material) => {
+                    let Over(color) = shade(scene.model, material, fragment, &scene.lamp);
+                    color.truncate() / color.w.max(f32::MIN_POSITIVE)
+                }
+                None => {
+                    let texel = scene.checkers.sample_footprint(&fragment.footprint(0, 1));
+                    let normal = Surface::from(fragment.params).normal.normalize_or_zero();
+                    texel.truncate() * scene.lamp.lit(normal, 1.0)
+                }
+            }
         });
         let distances = seen.distances(1000.0 * metres);
         Ok(Self { scene, camera, metres, size, color: frame.resolve()?, seen, distances })

@@ -449,7 +449,8 @@ impl<'a> Scene<'a> {
             .iter()
             .fold((Vec2::MAX, Vec2::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
         self.vertices.extend(outline.iter().map(|&p| {
-            let surface = Surface { uv: (p - low) / (high - low), normal, color: Vec4::ONE };
+            let (color, tangent) = (Vec4::ONE, Vec4::ZERO);
+            let surface = Surface { uv: (p - low) / (high - low), normal, color, tangent };
             Vertex::new(object_from_face.transform_point3(p.extend(0.0)).extend(1.0), surface)
         }));
         self.faces.push((first..self.vertices.len() as u32).collect());
@@ -464,7 +465,7 @@ impl<'a> Scene<'a> {
             Look::Glass(tint) => return glass(tint, surface.uv),
             Look::Model(material) => return shade(self.model, material, fragment, lamp),
         };
-        Over((color * lamp.lit(&surface)).extend(1.0))
+        Over((color * lamp.lit(surface.normal.normalize_or_zero(), 1.0)).extend(1.0))
     }
 }
 

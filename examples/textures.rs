@@ -4,7 +4,9 @@
 //! crop of its middle distance three times as large. In this order, row by row: bilinear without a
 //! chain, nearest level, trilinear; 2, 4 and 16 probes; EWA, the reference, and the mip levels as
 //! colours. Below are the levels without steps, (u, v) as red and green, and a small picture, magnified:
-//! nearest, bilinear, B-spline, Mitchell and Netravali.
+//! nearest, bilinear, B-spline, Mitchell and Netravali, Catmull and Rom. The last two are the texture itself,
+//! with what some pixels of the plane see of it, eight times as large, in the colours of their levels: of the plane
+//! as it is, and of it rolled by 30 degrees, where footprints are long and lie across.
 //!
 //! The reference is the mean of many bilinear samples of each pixel. The table that is printed has the
 //! peak signal-to-noise ratio of each filter's picture against it, of the colours as they are shown.
@@ -24,7 +26,7 @@ use polyscan::color::Color;
 use polyscan::glam::camera::rh::proj::directx::perspective;
 use polyscan::glam::{Mat4, Vec2, Vec4, vec2, vec3, vec4};
 use polyscan::texture::{Cubic, Filter, MipFilter, Texture};
-use polyscan::{Footprint, FragmentBlock, Framebuffer, Vertex, ZBufferRenderer};
+use polyscan::{DepthTest, Footprint, FragmentBlock, Framebuffer, Lines, Vertex, ZBufferRenderer};
 
 mod cli;
 
@@ -41,6 +43,9 @@ Options:
       --table            Print the table for many tilts instead, which takes a minute
   -h, --help             Show this help
 ";
+
+/// What is seen beyond the plane.
+const SKY: Vec4 = vec4(0.35, 0.45, 0.6, 1.0);
 
 /// The size of a picture.
 const SIZE: (u32, u32) = (320, 240);
@@ -71,7 +76,7 @@ fn draw() -> Result<(), Box<dyn Error>> {
     }
     let plane = Plane { tilt: options.tilt, roll: options.roll };
     let truth = plane.reference(&checker, options.samples)?;
-    let mut sheet = Sheet::new(3, 5)?;
+    let mut sheet = Sheet::new(3, 6)?;
     for (i, (name, filter)) in FILTERS.into_iter().enumerate() {
         let picture = plane.picture(&checker.clone().with_mip_filter(filter))?;
         println!("{name:>10}: {:5.2} dB", psnr(&picture, &truth));
@@ -98,9 +103,12 @@ fn draw() -> Result<(), Box<dyn Error>> {
         Filter::Bilinear,
         cubic(Cubic::B_SPLINE),
         cubic(Cubic::MITCHELL),
+        cubic(Cubic::CATMULL_ROM),
     ]) {
         sheet.put(place, &magnified(&small.clone().with_filter(filter))?);
     }
+    sheet.put(16, &plane.footprints(&checker)?);
+    sheet.put(17, &Plane { roll: plane.roll + 30.0, ..plane }.footprints(&checker)?);
     cli::make_folder_of(&options.output)?;
     sheet.0.save_png(&options.output)?;
     println!("wrote {}", options.output.display());
@@ -144,6 +152,7 @@ fn print_table(textures: &[(&str, &Texture)], samples: u32) -> Result<(), Box<dy
 // ------------------------------------------------------------------------------------------ planes
 
 /// A plane in front of the camera, tilted away from it, and rolled about the line of sight.
+#[derive(Clone, Copy)]
 struct Plane {
     /// In degrees: 0 is seen face on.
     tilt: f32,
@@ -151,11 +160,10 @@ struct Plane {
 }
 
 impl Plane {
-    /// The plane's vertices, where the picture is moved by a part of a pixel.
-    fn vertices(&self, by: Vec2) -> [Vertex<2>; 4] {
+    /// The plane's vertices, after a matrix that moves the picture by a part of a pixel.
+    fn vertices(&self, moved: Mat4) -> [Vertex<2>; 4] {
         let (width, height) = (SIZE.0 as f32, SIZE.1 as f32);
-        let shift = vec3(2.0 * by.x / width, -2.0 * by.y / height, 0.0);
-        let camera = Mat4::from_translation(shift)
+        let camera = moved
             * perspective(0.9, width / height, 0.05, 100.0)
             * Mat4::from_rotation_z(self.roll.to_radians())
             * Mat4::from_translation(vec3(0.0, 0.0, -1.0))
@@ -166,12 +174,11 @@ impl Plane {
 
     fn drawn(
         &self,
-        by: Vec2,
         shader: impl Fn(&FragmentBlock<'_, 2>) -> [Vec4; 16] + Sync,
     ) -> Result<Picture, Box<dyn Error>> {
-        let mut frame = Framebuffer::new(SIZE.0, SIZE.1, vec4(0.35, 0.45, 0.6, 1.0))?;
+        let mut frame = Framebuffer::new(SIZE.0, SIZE.1, SKY)?;
         let mut renderer = ZBufferRenderer::new(frame.viewport());
-        renderer.draw_blocks(&mut frame, &self.vertices(by), |block, colors| {
+        renderer.draw_blocks(&mut frame, &self.vertices(Mat4::IDENTITY), |block, colors| {
             *colors = shader(block);
         });
         Ok(frame)
@@ -179,45 +186,70 @@ impl Plane {
 
     /// The picture by the texture's own filters.
     fn picture(&self, texture: &Texture) -> Result<Picture, Box<dyn Error>> {
-        self.drawn(Vec2::ZERO, |block| {
-            texture.sample_footprint_block(&block.footprint(0, 1), block.visible)
-        })
+        self.drawn(|block| texture.sample_footprint_block(&block.footprint(0, 1), block.visible))
     }
 
     /// The picture by a colour for each footprint.
     fn shaded(&self, color: impl Fn(&Footprint) -> Vec4 + Sync) -> Result<Picture, Box<dyn Error>> {
-        self.drawn(Vec2::ZERO, |block| {
+        self.drawn(|block| {
             let footprints = block.footprint(0, 1);
             std::array::from_fn(|lane| color(&footprints.get(lane)))
         })
     }
 
-    /// The mean of many pictures, each moved by a part of a pixel: points that fill the pixel evenly
-    /// (Halton's sequence to the bases 2 and 3).
+    /// The mean of many samples of each pixel.
     fn reference(&self, texture: &Texture, samples: u32) -> Result<Picture, Box<dyn Error>> {
-        let mut sums = vec![Vec4::ZERO; (SIZE.0 * SIZE.1) as usize];
-        for i in 1..=samples {
-            let by = vec2(radical_inverse(i, 2), radical_inverse(i, 3)) - 0.5;
-            let one = self.drawn(by, |block| texture.sample_block(&block.params, block.visible))?;
-            sums.iter_mut().zip(one.color()).for_each(|(sum, color)| *sum += *color);
-        }
-        let mut mean = Framebuffer::new(SIZE.0, SIZE.1, Vec4::ZERO)?;
-        for (mean, sum) in mean.color_mut().iter_mut().zip(&sums) {
-            *mean = *sum / samples as f32;
-        }
-        Ok(mean)
+        Ok(Framebuffer::supersampled_by_points(SIZE, samples, SKY, |frame, moved| {
+            let mut renderer = ZBufferRenderer::new(frame.viewport());
+            renderer.draw_blocks(frame, &self.vertices(moved), |block, colors| {
+                *colors = texture.sample_block(&block.params, block.visible);
+            });
+        })?)
     }
-}
 
-/// The digits of a number to a base, mirrored at the point.
-fn radical_inverse(mut i: u32, base: u32) -> f32 {
-    let (mut sum, mut part) = (0.0, 1.0);
-    while i > 0 {
-        part /= base as f32;
-        sum += part * (i % base) as f32;
-        i /= base;
+    /// The texture, pale, with what every sixteenth pixel in x and y sees of it, made larger.
+    fn footprints(&self, texture: &Texture) -> Result<Picture, Box<dyn Error>> {
+        const STEP: usize = 16;
+        const LARGER: f32 = 8.0;
+        /// The part of the plane that is shown: from its middle on to the left, right and into the distance.
+        const SHOWN: (Vec2, Vec2) = (vec2(-0.8, -1.0), vec2(0.8, 0.2));
+        let mut seen = Framebuffer::new(SIZE.0, SIZE.1, None)?;
+        let vertices = self.vertices(Mat4::IDENTITY);
+        ZBufferRenderer::new(seen.viewport())
+            .draw(&mut seen, &vertices, |fragment| Some(fragment.footprint(0, 1)));
+
+        let place = |uv: Vec2| {
+            let at = (uv - SHOWN.0) / (SHOWN.1 - SHOWN.0) * 2.0 - 1.0;
+            vec4(at.x, -at.y, 0.5, 1.0)
+        };
+        let (low, high) = SHOWN;
+        let sheet = [low, vec2(high.x, low.y), high, vec2(low.x, high.y)]
+            .map(|uv| Vertex::new(place(uv), uv));
+        let mut frame = Framebuffer::new(SIZE.0, SIZE.1, Vec4::ONE)?;
+        let mut renderer = ZBufferRenderer::new(frame.viewport());
+        renderer.depth_test = DepthTest::Always;
+        renderer.draw(&mut frame, &sheet, |fragment| {
+            texture.sample_footprint(&fragment.footprint(0, 1)).lerp(Vec4::ONE, 0.6)
+        });
+        let mut renderer = ZBufferRenderer::new(frame.viewport());
+        renderer.depth_test = DepthTest::Always;
+        for (i, footprint) in seen.color().iter().enumerate() {
+            let (x, y) = (i % SIZE.0 as usize, i / SIZE.0 as usize);
+            let Some(footprint) =
+                footprint.filter(|_| x % STEP == STEP / 2 && y % STEP == STEP / 2)
+            else {
+                continue;
+            };
+            let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| {
+                let uv = footprint.uv + (footprint.dx * x + footprint.dy * y) * LARGER;
+                Vertex::new(place(uv), [])
+            });
+            let color = level_color(level_of(texture, &footprint));
+            renderer
+                .draw(&mut frame, Lines::polyline(&corners).closed().with_width(1.5), |_| color);
+        }
+        Ok(frame)
     }
-    sum
 }
 
 /// The peak signal-to-noise ratio in decibels, of the colours as they are shown.

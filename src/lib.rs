@@ -41,7 +41,7 @@
 //!
 //! | module | what it does |
 //! |---|---|
-//! | `round`, `simd`, `scalar` | rounding by one addition; which SIMD levels code is compiled for; one polygon or eight at once |
+//! | `round`, `simd`, `scalar`, `angle` | rounding by one addition; which SIMD levels code is compiled for; one polygon or eight at once; angles by the same arithmetic everywhere |
 //! | [`vertex`] | [`Vertex<N>`](Vertex): a position (xw, yw, zw, w) in clip space and N parameters |
 //! | `vertices` | vertices whose number of parameters is known at run time only |
 //! | [`outline`] | the contours of a polygon: one, or several with holes among them |
@@ -74,7 +74,7 @@
 //! | [`render`] | `render::depth` tests and `render::coarse_depth`; `render::counters` and the `render::stencil`; `render::band`s of rows; what targets hold for a `render::pixel`, and what shaders return, `render::paint`; the loops around a `render::shader`: `render::shader::blocks` to shade, each `render::shader::form`, how they `render::shader::draw`, several `render::shader::buffers` at once |
 //! | `render::raster` | which loops a polygon takes, `render::raster::plan`; blocks against depths, `render::raster::test`; its runs, `render::raster::rows` |
 //! | `render::parallel` | work on all processors |
-//! | `render::canvas`, `render::target`, `render::framebuffer` | how shaders paint pixels; memory to draw to, borrowed or owned |
+//! | `render::canvas`, `render::target`, `render::framebuffer`, `render::supersample` | how shaders paint pixels; memory to draw to, borrowed or owned; pictures whose pixels are means of many samples |
 //! | `render::faces`, `render::corners` | index lists; vertices projected once each |
 //! | `render::bsp` | [`BspTree`]: `render::bsp::plane`s, the `render::bsp::partition`, how to `render::bsp::build` it |
 //! | `render::stroke_style`, `render::geometry`, `render::lines` | what is drawn: polygons and meshes, lines and points, and how these look |
@@ -95,9 +95,10 @@
 //!
 //! | module | what it does |
 //! |---|---|
-//! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::format`s, decoded by `texture::light`; the `texture::texels` of `texture::picture`s and `texture::file`s; `texture::wrap` finds those at a point, `texture::sample` the colour, by a `texture::cubic` too; the `texture::chain` of smaller pictures, the `texture::level` that a pixel needs, `texture::ewa`, and `texture::minify`, which filters what it sees, `texture::block`s at once; textures are made by `texture::build`, asked by `texture::look_up`, and returned by shaders as `texture::paint` |
+//! | [`texture`] | pictures to sample: their `texture::limits`, `texture::error`s, and `texture::format`s, decoded by `texture::light`; the `texture::texels` of `texture::picture`s and `texture::file`s; `texture::wrap` finds those at a point, `texture::sample` the colour, by a `texture::cubic` too; the `texture::chain` of smaller pictures, in which each `texture::cutout` keeps what it covers, the `texture::level` that a pixel needs, `texture::ewa`, and `texture::minify`, which filters what it sees, `texture::block`s at once; textures are made by `texture::build`, of heights by `texture::bumps`, asked by `texture::look_up`, and returned by shaders as `texture::paint`; the `texture::environment` in all directions |
+//! | [`tangent`] | which way the texels of a normal map point: tangents of meshes, and the frames that they are interpolated as |
 //! | [`camera`] | a camera that sees the whole of an object, by the `camera::sphere` around it |
-//! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material`, in lists of `model::faces`; `model::corners` as files have them, by points in `model::fans`, alike by `model::join`; `model::normals` that they lack, by `model::angle`s; `model::also`, warnings where there is no model |
+//! | `model` | models of any format: faces that share a `model::vertex`, each of a `model::material` with its `model::maps`, in lists of `model::faces`; `model::corners` as files have them, by points in `model::fans`, alike by `model::join`; `model::normals` that they lack; on which `model::hands` pictures are mirrored; `model::also`, warnings where there is no model |
 //! | `obj` | OBJ and MTL files to models: `obj::limits`, `obj::error`s; `obj::lines`, `obj::notes` of what is left out, `obj::vertex_color`s and the `obj::geometry` of the text; bytes from `obj::file`s, `obj::warning`s, files for names by `obj::paths`; `obj::map_options` and `obj::mtl` files, `obj::materials`; and `obj::read`, which joins them |
 //! | `formats` | models from files of any format within the `formats::limits`: `formats::stl`; what is `formats::found` in `formats::ply` and `formats::gltf` files, the last by their `formats::gltf::data` and `formats::gltf::looks` |
 //!
@@ -195,6 +196,7 @@
 mod round;
 mod simd;
 mod scalar;
+mod angle;
 pub mod vertex;
 mod vertices;
 pub mod outline;
@@ -217,6 +219,7 @@ pub mod color;
 pub mod render;
 pub mod bake;
 pub mod texture;
+pub mod tangent;
 pub mod camera;
 #[cfg(feature = "model")]
 pub mod model;

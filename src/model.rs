@@ -5,30 +5,31 @@
 //! format of the files: every loader, such as that of [`obj`](crate::obj), ends here.
 //!
 //! - `model::corners` collects face corners, and `model::fans` sorts them by points;
-//! - `model::normals` finds the normals that the files do not give (`model::angle`);
-//! - `model::join` lets equal corners share a `model::vertex`;
-//! - `model::faces` keeps polygons by their `model::material`s;
+//! - `model::normals` finds the normals that the files do not give;
+//! - `model::join` lets equal corners share a `model::vertex`, unless their `model::hands` differ;
+//! - `model::faces` keeps polygons by their `model::material`s, whose colours that module has, and `model::maps` what other
+//!   pictures say;
 //! - `model::also` shows what a loader warned of where there is no model.
 
 use glam::{DVec3, Mat4, Vec3, Vec4};
 
 use crate::camera::{Camera, Sphere};
 use crate::fragment::Footprint;
+use crate::tangent::{TangentVertex, tangents};
 use crate::texture::{MipFilter, Texture, TextureError};
 use crate::vertex::Vertex;
 
 pub(crate) mod also;
-mod angle;
 mod vertex;
 mod material;
+mod maps;
 mod faces;
 pub(crate) mod corners;
 mod fans;
 mod normals;
+mod hands;
 mod join;
 
-#[cfg(feature = "gltf")]
-pub(crate) use self::angle::direction;
 pub use self::faces::Face;
 pub use self::material::{AlphaMode, Material, TextureMapping};
 pub use self::vertex::ModelVertex;
@@ -68,18 +69,67 @@ impl Model {
         textures: Vec<Texture>,
     ) -> Self {
         let origin = corners.origin;
-        let (vertices, faces) = join::join(corners, crease_angle);
-        Self { vertices, materials, textures, origin, faces }
+        let has_tangents = materials.iter().any(|material| material.normal_texture.is_some());
+        let (vertices, faces) = join::join(corners, crease_angle, has_tangents);
+        let mut model = Self { vertices, materials, textures, origin, faces };
+        if has_tangents {
+            model.find_tangents();
+        }
+        model
     }
 
-    /// The same model, whose textures have mip chains and are filtered so where they are made smaller.
+    /// Gives all vertices their tangents.
+    fn find_tangents(&mut self) {
+        let of = |vertex: &ModelVertex| TangentVertex {
+            position: vertex.position,
+            normal: vertex.normal,
+            uv: vertex.uv,
+        };
+        let vertices: Vec<_> = self.vertices.iter().map(of).collect();
+        let tangents = tangents(&vertices, self.faces().filter(|face| face.has_uv));
+        for (vertex, tangent) in self.vertices.iter_mut().zip(tangents) {
+            vertex.tangent = tangent;
+        }
+    }
+
+    /// The same model, whose textures have mip chains and are filtered so where they are made smaller. Those
+    /// that cut out have chains [of their own](Texture::with_cutout_mipmaps), unless they are glass elsewhere.
     ///
     /// # Errors
     /// [`TextureError::Memory`] if the machine has no room for the chains.
     pub fn with_mip_filter(mut self, mip_filter: MipFilter) -> Result<Self, TextureError> {
-        let filtered = |texture: Texture| Ok(texture.with_mipmaps()?.with_mip_filter(mip_filter));
-        self.textures = self.textures.into_iter().map(filtered).collect::<Result<_, _>>()?;
+        let textures = std::mem::take(&mut self.textures);
+        let filtered = textures.into_iter().enumerate().map(|(index, texture)| {
+            let chained = match self.cutout_of(index) {
+                Some((threshold, false)) => texture.with_cutout_mipmaps(threshold),
+                Some((threshold, true)) => texture.with_red_cutout_mipmaps(threshold),
+                None => texture.with_mipmaps(),
+            };
+            Ok(chained?.with_mip_filter(mip_filter))
+        });
+        self.textures = filtered.collect::<Result<_, _>>()?;
         Ok(self)
+    }
+
+    /// The threshold by which a texture cuts out, and whether it does so by its red channel; `None` if it
+    /// does not, or not for all materials that have it.
+    fn cutout_of(&self, index: usize) -> Option<(f32, bool)> {
+        let uses = self.materials.iter().flat_map(|material| {
+            let in_red = (material.alpha_texture == Some(index)).then_some((material, true));
+            let own = (material.texture == Some(index)).then_some((material, false));
+            own.into_iter().chain(in_red)
+        });
+        let cutouts =
+            uses.filter(|(material, _)| material.is_transparent()).map(|(material, in_red)| {
+                match material.alpha_mode {
+                    // The alpha of the material multiplies that of the picture.
+                    AlphaMode::Cutout { threshold } if material.alpha > 0.0 => {
+                        Some((threshold / material.alpha, in_red))
+                    }
+                    _ => None,
+                }
+            });
+        cutouts.reduce(|first, other| first.filter(|_| first == other)).flatten()
     }
 
     /// Whether any of the materials is transparent, so that the order of faces matters.

@@ -18,9 +18,10 @@
 //! says why. So does what a file has and the reader does not use, once for each kind.
 //!
 //! The statements `v`, `vt`, `vn`, `f`, `s`, `usemtl` and `mtllib` are read, and from MTL files
-//! `newmtl`, `Kd`, `Ke`, `d`, `Tr`, `map_Kd`, `map_Ka`, `map_d` and `map_Ke`. Groups and names of objects say nothing about
-//! looks, and neither do the numbers of lighting models that go beyond diffuse light, such as `Ks`: they are
-//! passed over without a warning.
+//! `newmtl`, `Kd`, `Ke`, `Ks`, `Ns`, `d`, `Tr`, `map_Kd`, `map_Ka`, `map_d`, `map_Ke`, `map_Ks`, `map_Bump` (or `bump`),
+//! `norm` (or `map_Kn`) and `disp` (or `map_disp`). Groups and names of objects say nothing about
+//! looks, and neither do the numbers of lighting models that go beyond these: they are passed over without a
+//! warning.
 //!
 //! - Positions are read as `f64`; those of a model far from the origin are brought near
 //!   ([`Model::origin`]).
@@ -36,6 +37,13 @@
 //!   `-s`, `-o`, `-clamp` and `-mm` are used ([`TextureMapping`](crate::model::TextureMapping)). A `Kd` of
 //!   0 0 0 under a picture counts as white.
 //! - `Ke` is light that is sent out, times the picture of `map_Ke`.
+//! - `norm` names a normal map, whose green is up. So does `map_Bump` where it looks like one, as
+//!   many programs write it; other pictures there are heights, which become
+//!   [normals](crate::Texture::normals_of_heights). White is as high as a 64th of the picture is wide, since the
+//!   format gives no unit; `-bm` and the gain of `-mm` multiply it.
+//! - Highlights have the colour `Ks` times the picture of `map_Ks`, and the exponent `Ns`. Without a picture there
+//!   are none, for most programs write those numbers whatever they draw.
+//! - `disp` names heights over the faces, in the model's units after `-mm`.
 //! - Alpha is `d`, or 1 - `Tr` where there is no `d` (but `Tr 1` alone is opaque, as MeshLab means it), times that of the picture, times `map_d`: the alpha of
 //!   that picture if it has one, else its grey. A picture whose alpha is 0 or 1 nearly everywhere cuts
 //!   out ([`AlphaMode`](crate::model::AlphaMode)). A TGA file whose alpha is 0 everywhere is opaque: old

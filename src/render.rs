@@ -53,6 +53,7 @@ pub(crate) mod parallel;
 mod canvas;
 mod target;
 mod framebuffer;
+mod supersample;
 mod faces;
 mod corners;
 mod bsp;

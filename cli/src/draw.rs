@@ -32,6 +32,19 @@ record! {
 /// How many numbers that is.
 pub(crate) const FULL: usize = Surface::LEN;
 
+record! {
+    /// What goes from the vertices to the pixels where normals are bent.
+    pub(crate) struct BentSurface {
+        pub(crate) uv: Vec2,
+        pub(crate) normal: Vec3,
+        pub(crate) color: Vec4,
+        pub(crate) tangent: Vec4,
+    }
+}
+
+/// How many numbers that is.
+pub(crate) const BENT: usize = BentSurface::LEN;
+
 /// How many numbers a normal alone is.
 pub(crate) const PLAIN: usize = 3;
 
@@ -44,6 +57,8 @@ pub(crate) struct Scene<'a> {
     first_material: usize,
     /// Whether vertices need no more than normals.
     is_plain: bool,
+    /// Whether they need tangents.
+    is_bent: bool,
     /// Found when lines are drawn at first.
     edges: OnceLock<Edges>,
 }
@@ -106,13 +121,14 @@ impl<'a> Scene<'a> {
     pub(crate) fn new(model: &'a Model) -> Self {
         let is_plain = model.textures.is_empty()
             && model.vertices.iter().all(|vertex| vertex.color == Vec4::ONE);
+        let is_bent = model.materials.iter().any(|material| material.normal_texture.is_some());
         let materials = || model.faces().map(|face| face.material);
         let first_material = materials().next().unwrap_or(0);
         let material_of = match materials().all(|material| material == first_material) {
             true => Vec::new(),
             false => materials().map(|material| material as u32).collect(),
         };
-        Self { model, material_of, first_material, is_plain, edges: OnceLock::new() }
+        Self { model, material_of, first_material, is_plain, is_bent, edges: OnceLock::new() }
     }
 
     /// The number of a face's material.
@@ -145,6 +161,7 @@ impl<'a> Scene<'a> {
 pub(crate) struct Renderers {
     plain: Kept<PLAIN>,
     full: Kept<FULL>,
+    bent: Kept<BENT>,
     /// The colours and depths of a strip, if one was drawn.
     strip: Option<Framebuffer<Vec4>>,
     /// The pixels of a strip, where they are means of samples.
@@ -167,6 +184,7 @@ struct Kept<const N: usize> {
 pub(crate) enum Vertices {
     Plain(Vec<Vertex<PLAIN>>),
     Full(Vec<Vertex<FULL>>),
+    Bent(Vec<Vertex<BENT>>),
 }
 
 impl Default for Vertices {
@@ -179,13 +197,15 @@ impl Vertices {
     /// Those of a scene in clip space, in memory that may have been in use before.
     fn of(scene: &Scene<'_>, matrix: Mat4, memory: Self) -> Self {
         let all = &scene.model.vertices;
-        match (scene.is_plain, memory) {
-            (true, Self::Plain(vertices)) => {
-                Self::Plain(filled(vertices, all, matrix, |v| v.normal))
-            }
-            (true, Self::Full(_)) => Self::Plain(filled(Vec::new(), all, matrix, |v| v.normal)),
-            (false, Self::Full(vertices)) => Self::Full(filled(vertices, all, matrix, surface)),
-            (false, Self::Plain(_)) => Self::Full(filled(Vec::new(), all, matrix, surface)),
+        if scene.is_plain {
+            let memory = if let Self::Plain(memory) = memory { memory } else { Vec::new() };
+            Self::Plain(filled(memory, all, matrix, |v| v.normal))
+        } else if scene.is_bent {
+            let memory = if let Self::Bent(memory) = memory { memory } else { Vec::new() };
+            Self::Bent(filled(memory, all, matrix, bent_surface))
+        } else {
+            let memory = if let Self::Full(memory) = memory { memory } else { Vec::new() };
+            Self::Full(filled(memory, all, matrix, surface))
         }
     }
 }
@@ -292,9 +312,14 @@ impl<'a> Shot<'a> {
                 self.draw_with(kept, (method, viewport), frame, vertices, &look, |v| v.normal);
             }
             Vertices::Full(vertices) => {
-                let look = FullLook { scene, textures: self.textures, lamp };
+                let look = FullLook { scene, textures: self.textures, view: self.view };
                 let kept = &mut renderers.full;
                 self.draw_with(kept, (method, viewport), frame, vertices, &look, surface);
+            }
+            Vertices::Bent(vertices) => {
+                let look = FullLook { scene, textures: self.textures, view: self.view };
+                let kept = &mut renderers.bent;
+                self.draw_with(kept, (method, viewport), frame, vertices, &look, bent_surface);
             }
         }
     }
@@ -370,8 +395,12 @@ impl<'a> Shot<'a> {
                 self.lines_with(&mut renderers.plain, viewport, (vertices, &look), kinds, memory)
             }
             Vertices::Full(vertices) => {
-                let look = FullLook { scene, textures: self.textures, lamp };
+                let look = FullLook { scene, textures: self.textures, view: self.view };
                 self.lines_with(&mut renderers.full, viewport, (vertices, &look), kinds, memory)
+            }
+            Vertices::Bent(vertices) => {
+                let look = FullLook { scene, textures: self.textures, view: self.view };
+                self.lines_with(&mut renderers.bent, viewport, (vertices, &look), kinds, memory)
             }
         };
         renderers.seen = seen;
@@ -430,7 +459,11 @@ impl<'a> Shot<'a> {
                 self.stream_with(viewport, background, vertices, &look, row)
             }
             Vertices::Full(vertices) => {
-                let look = FullLook { scene, textures: self.textures, lamp };
+                let look = FullLook { scene, textures: self.textures, view: self.view };
+                self.stream_with(viewport, background, vertices, &look, row)
+            }
+            Vertices::Bent(vertices) => {
+                let look = FullLook { scene, textures: self.textures, view: self.view };
                 self.stream_with(viewport, background, vertices, &look, row)
             }
         }
@@ -466,7 +499,11 @@ impl<'a> Shot<'a> {
                 self.seen_with((size, rows), vertices, &PlainLook::new(scene, lamp))
             }
             Vertices::Full(vertices) => {
-                let look = FullLook { scene, textures: self.textures, lamp };
+                let look = FullLook { scene, textures: self.textures, view: self.view };
+                self.seen_with((size, rows), vertices, &look)
+            }
+            Vertices::Bent(vertices) => {
+                let look = FullLook { scene, textures: self.textures, view: self.view };
                 self.seen_with((size, rows), vertices, &look)
             }
         }
@@ -513,6 +550,11 @@ fn clear(frame: &mut Framebuffer<Vec4>, background: Vec4) {
 
 fn surface(vertex: &ModelVertex) -> Surface {
     Surface { uv: vertex.uv, normal: vertex.normal, color: vertex.color }
+}
+
+fn bent_surface(vertex: &ModelVertex) -> BentSurface {
+    let ModelVertex { uv, normal, color, tangent, .. } = *vertex;
+    BentSurface { uv, normal, color, tangent }
 }
 
 pub(crate) fn size_error(error: SizeError) -> String {

@@ -2,9 +2,11 @@
 
 use polyscan::fragment::{FootprintBlock, LANES, Lanes};
 use polyscan::glam::{Vec3, Vec4};
+use polyscan::model::Material;
 use polyscan::{Fragment, FragmentBlock, Texture};
 
-use crate::draw::{FULL, PLAIN, Scene, Surface};
+use crate::draw::{BENT, BentSurface, FULL, PLAIN, Scene, Surface};
+use crate::view::View;
 
 /// How a surface looks whose vertices carry `N` numbers.
 pub(crate) trait Look<const N: usize>: Sync {
@@ -14,6 +16,9 @@ pub(crate) trait Look<const N: usize>: Sync {
     /// The normal at a fragment, of any length; `None` in a hole.
     fn normal(&self, fragment: &Fragment<'_, N>) -> Option<Vec3>;
 }
+
+/// The light from everywhere.
+const AMBIENT: f32 = 0.2;
 
 /// Lit alike from both sides, for many files have faces that are turned over.
 #[inline(always)]
@@ -26,7 +31,7 @@ fn lit([x, y, z]: [&Lanes; 3], lamp: Vec3) -> Lanes {
         let square = x * x + y * y + z * z;
         // Where there is no normal there is no light but that from everywhere.
         let cosine = if square > 0.0 { dot.abs() / square.sqrt() } else { 0.0 };
-        light[lane] = 0.2 + 0.8 * cosine;
+        light[lane] = AMBIENT + (1.0 - AMBIENT) * cosine;
     }
     light
 }
@@ -84,31 +89,92 @@ impl Look<PLAIN> for PlainLook<'_> {
 pub(crate) struct FullLook<'a> {
     pub(crate) scene: &'a Scene<'a>,
     pub(crate) textures: &'a [Texture],
-    pub(crate) lamp: Vec3,
+    pub(crate) view: View,
+}
+
+impl FullLook<'_> {
+    /// Lays colours over those of a block, where the surface has the normals.
+    #[inline(always)]
+    fn lay<const N: usize>(
+        &self,
+        block: &mut FragmentBlock<'_, N>,
+        (material, seen): (&Material, &FootprintBlock),
+        [x, y, z]: [&Lanes; 3],
+        colors: &mut [Vec4; LANES],
+    ) {
+        let [r, g, b, a] = [5, 6, 7, 8].map(|i| &block.params[i]);
+        let all = material.colors_at(self.textures, seen, [r, g, b, a], block.visible);
+        let lamp = self.view.lamp();
+        let mut light = lit([x, y, z], lamp);
+        if material.occlusion_texture.is_some() {
+            for (lane, light) in light.iter_mut().enumerate() {
+                *light -= AMBIENT * (1.0 - material.occlusion_at(self.textures, &seen.get(lane)));
+            }
+        }
+        let has_highlights = material.specular != Vec3::ZERO;
+        let halfway = (lamp + self.view.axes.z_axis).normalize_or_zero();
+        for (lane, (pixel, color)) in colors.iter_mut().zip(all).enumerate() {
+            let mut reflected = color.truncate() * light[lane];
+            if material.is_emissive() {
+                reflected += material.emission_at(self.textures, &seen.get(lane)) * color.w;
+            }
+            if has_highlights {
+                let normal = Vec3::new(x[lane], y[lane], z[lane]).normalize_or_zero();
+                let strength = power(normal.dot(halfway).abs(), material.shininess) * color.w;
+                reflected += material.specular_at(self.textures, &seen.get(lane)) * strength;
+            }
+            *pixel = reflected.extend(color.w) + *pixel * (1.0 - color.w);
+        }
+    }
+}
+
+/// A power to the nearest whole exponent, by multiplications: the same on every machine.
+fn power(base: f32, exponent: f32) -> f32 {
+    let (mut rest, mut square, mut product) = (exponent.round() as u32, base, 1.0);
+    while rest > 0 {
+        if rest % 2 == 1 {
+            product *= square;
+        }
+        square *= square;
+        rest /= 2;
+    }
+    product
 }
 
 impl Look<FULL> for FullLook<'_> {
     #[inline(always)]
     fn shade(&self, block: &mut FragmentBlock<'_, FULL>, colors: &mut [Vec4; LANES]) {
-        let (material, textures) = (self.scene.material(block.face), self.textures);
-        let has_pictures = material.texture.or(material.alpha_texture).is_some();
-        let has_pictures = has_pictures || material.emission_texture.is_some();
+        let material = self.scene.material(block.face);
         // The order of the surface's numbers.
-        let seen = if has_pictures { block.footprint(0, 1) } else { FootprintBlock::default() };
-        let [_, _, x, y, z, r, g, b, a] = &block.params;
-        let all = material.colors_at(textures, &seen, [r, g, b, a], block.visible);
-        let light = lit([x, y, z], self.lamp);
-        for (lane, (pixel, color)) in colors.iter_mut().zip(all).enumerate() {
-            let mut reflected = color.truncate() * light[lane];
-            if material.is_emissive() {
-                reflected += material.emission_at(textures, &seen.get(lane)) * color.w;
-            }
-            *pixel = reflected.extend(color.w) + *pixel * (1.0 - color.w);
-        }
+        let seen = if material.has_textures() { block.footprint(0, 1) } else { Default::default() };
+        let [_, _, x, y, z, ..] = block.params;
+        self.lay(block, (material, &seen), [&x, &y, &z], colors);
     }
 
     fn normal(&self, fragment: &Fragment<'_, FULL>) -> Option<Vec3> {
         let Surface { normal, color, .. } = fragment.params.into();
+        let material = self.scene.material(fragment.face);
+        let color = material.color_at(self.textures, &fragment.footprint(0, 1), color);
+        (color.w > 0.0).then_some(normal)
+    }
+}
+
+/// That of models with normal maps. What is said of normals is said of the surface without them.
+impl Look<BENT> for FullLook<'_> {
+    #[inline(always)]
+    fn shade(&self, block: &mut FragmentBlock<'_, BENT>, colors: &mut [Vec4; LANES]) {
+        let material = self.scene.material(block.face);
+        // The order of the surface's numbers.
+        let seen = if material.has_textures() { block.footprint(0, 1) } else { Default::default() };
+        let [_, _, x, y, z, .., tx, ty, tz, tw] = &block.params;
+        let tangent = [tx, ty, tz, tw];
+        let [x, y, z] =
+            material.normals_at(self.textures, &seen, [x, y, z], tangent, block.visible);
+        self.lay(block, (material, &seen), [&x, &y, &z], colors);
+    }
+
+    fn normal(&self, fragment: &Fragment<'_, BENT>) -> Option<Vec3> {
+        let BentSurface { normal, color, .. } = fragment.params.into();
         let material = self.scene.material(fragment.face);
         let color = material.color_at(self.textures, &fragment.footprint(0, 1), color);
         (color.w > 0.0).then_some(normal)

@@ -7,6 +7,7 @@ use polyscan::glam::{Mat4, Vec2, Vec3, Vec4, vec3};
 use polyscan::model::Model;
 use polyscan::obj::Loader;
 use polyscan::render::Over;
+use polyscan::tangent::TangentFrame;
 use polyscan::texture::MipFilter;
 use polyscan::{Camera, Fragment, Vertex, record};
 
@@ -75,6 +76,8 @@ record! {
         pub(crate) uv: Vec2,
         pub(crate) normal: Vec3,
         pub(crate) color: Vec4,
+        /// Where u grows, or zero where nothing has a normal map.
+        pub(crate) tangent: Vec4,
     }
 }
 
@@ -84,23 +87,33 @@ pub(crate) fn vertices(model: &Model, clip_from_object: Mat4) -> Vec<Vertex<{ Su
         uv: v.uv,
         normal: v.normal,
         color: v.color,
+        tangent: v.tangent,
     })
 }
 
 /// A lamp beside the camera, above its right shoulder.
 pub(crate) struct Lamp {
     direction: Vec3,
+    /// Between the lamp and the eye, which is taken for far away.
+    halfway: Vec3,
 }
 
 impl Lamp {
     pub(crate) fn beside(camera: &Camera) -> Self {
-        Self { direction: (camera.axes() * vec3(0.6, 0.7, 1.0)).normalize() }
+        let axes = camera.axes();
+        let direction = (axes * vec3(0.6, 0.7, 1.0)).normalize();
+        Self { direction, halfway: (direction + axes.z_axis).normalize() }
     }
 
-    /// How much light a surface sends back: alike from both sides, for many files have faces that are
-    /// turned over.
-    pub(crate) fn lit(&self, surface: &Surface) -> f32 {
-        0.15 + 0.85 * surface.normal.normalize_or_zero().dot(self.direction).abs()
+    /// How much light a surface with this normal sends back, where so much of the light from everywhere
+    /// reaches it: alike from both sides, for many files have faces that are turned over.
+    pub(crate) fn lit(&self, normal: Vec3, occlusion: f32) -> f32 {
+        0.15 * occlusion + 0.85 * normal.dot(self.direction).abs()
+    }
+
+    /// How bright a highlight is, by Blinn's exponent.
+    pub(crate) fn highlight(&self, normal: Vec3, shininess: f32) -> f32 {
+        normal.dot(self.halfway).abs().powf(shininess)
     }
 }
 
@@ -111,8 +124,16 @@ pub(crate) fn shade(
     fragment: &Fragment<'_, { Surface::LEN }>,
     lamp: &Lamp,
 ) -> Over {
-    let surface = Surface::from(fragment.params);
+    let Surface { normal, color, tangent, .. } = fragment.params.into();
     // The texture coordinates are the first two of the surface's values.
-    let color = model.color_at(material, &fragment.footprint(0, 1), surface.color);
-    Over((color.truncate() * lamp.lit(&surface)).extend(color.w))
+    let seen = fragment.footprint(0, 1);
+    let color = model.color_at(material, &seen, color);
+    let (material, textures) = (&model.materials[material], &model.textures);
+    let normal = material.normal_at(textures, &seen, &TangentFrame::new(normal, tangent));
+    let mut light = color.truncate() * lamp.lit(normal, material.occlusion_at(textures, &seen));
+    if material.specular != Vec3::ZERO {
+        let highlight = lamp.highlight(normal, material.shininess) * color.w;
+        light += material.specular_at(textures, &seen) * highlight;
+    }
+    Over(light.extend(color.w))
 }

@@ -1,8 +1,9 @@
 //! glTF 2.0, as JSON or GLB, by the crate `gltf`.
 //!
 //! Read are the triangles of all meshes, where the nodes of the scene put them, with their normals, first
-//! colours and the texture coordinates of the base colour; and of materials the base colour and what its
-//! alpha means. `formats::gltf::data` gets at the bytes, `formats::gltf::looks` at materials and textures.
+//! colours and the texture coordinates of the base colour; and of materials the base colour, what its
+//! alpha means, emitted light, normal maps and occlusion. Tangents are computed, by MikkTSpace's method, also
+//! where a file has its own. `formats::gltf::data` gets at the bytes, `formats::gltf::looks` at materials and textures.
 //! Skins are drawn as they are modelled, and nothing moves.
 
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Corners that are alike become one vertex.
 //!
-//! Alike are corners of one point whose texture coordinates, normals and colours agree. Each point has its
+//! Alike are corners of one point whose texture coordinates, normals and colours agree, and the side that a picture is seen from if that matters. Each point has its
 //! vertices by itself, so that the points are shared among processors.
 
 use std::collections::HashMap;
@@ -12,6 +12,7 @@ use glam::{Vec2, Vec3, Vec4};
 use crate::model::corners::Corners;
 use crate::model::faces::{FacesByMaterial, range_before};
 use crate::model::fans::Fans;
+use crate::model::hands::Hands;
 use crate::model::normals::{self, Normals};
 use crate::model::vertex::ModelVertex;
 use crate::render::parallel::for_each;
@@ -23,14 +24,21 @@ const PART: usize = 2048;
 const MAX_COMPARED: usize = 16;
 
 /// All vertices, point by point, and the faces. Normals that the corners lack are computed, smooth where faces
-/// meet at less than the crease angle, in radians from 0 to pi.
-pub(super) fn join(corners: Corners, crease_angle: f32) -> (Vec<ModelVertex>, FacesByMaterial) {
+/// meet at less than the crease angle, in radians from 0 to pi. For tangents to be found, corners are not alike if
+/// the picture lies on one face as it is and on the other as in a mirror; `w` of the vertices' tangents then
+/// says which.
+pub(super) fn join(
+    corners: Corners,
+    crease_angle: f32,
+    has_tangents: bool,
+) -> (Vec<ModelVertex>, FacesByMaterial) {
     let fans = Fans::new(&corners);
     let normals = Normals::new(&corners, &fans, crease_angle);
+    let hands = has_tangents.then(|| Hands::of(&corners));
     let starts = (0..fans.len()).step_by(PART);
     let mut parts: Vec<_> =
         starts.map(|start| Part::of(start..fans.len().min(start + PART))).collect();
-    for_each(&mut parts, |_, part| part.fill(&corners, &fans, &normals));
+    for_each(&mut parts, |_, part| part.fill(&corners, &fans, (&normals, hands.as_ref())));
 
     let mut vertices = Vec::with_capacity(parts.iter().map(|part| part.vertices.len()).sum());
     let mut indices = vec![0; corners.point.len()];
@@ -70,7 +78,12 @@ impl Part {
         Self { points, vertices: Vec::new(), indices: Vec::new() }
     }
 
-    fn fill(&mut self, corners: &Corners, fans: &Fans, normals: &Normals<'_>) {
+    fn fill(
+        &mut self,
+        corners: &Corners,
+        fans: &Fans,
+        (normals, hands): (&Normals<'_>, Option<&Hands>),
+    ) {
         let Self { points, vertices, indices } = self;
         vertices.reserve(points.len());
         indices.reserve(7 * points.len());
@@ -85,7 +98,8 @@ impl Part {
                 let uv = corners.uv.get(corner as usize).copied().unwrap_or(Vec2::NAN);
                 let uv = if uv.is_nan() { Vec2::ZERO } else { Vec2::new(uv.x, 1.0 - uv.y) };
                 let color = corners.color.get(corner as usize).copied().unwrap_or(Vec4::ONE);
-                let vertex = ModelVertex { position, normal, uv, color };
+                let tangent = Vec4::W * hands.map_or(0.0, |hands| hands.sign(corner, normal));
+                let vertex = ModelVertex { position, normal, uv, color, tangent };
                 indices.push(index_of(vertex, first, vertices, &mut others));
             }
         }
@@ -93,7 +107,7 @@ impl Part {
 }
 
 /// The vertices of a point beyond those that are compared one by one.
-type Others = HashMap<[u32; 9], u32, RandomState>;
+type Others = HashMap<[u32; 10], u32, RandomState>;
 
 /// The index of a vertex among those of its point, of which `first` is the first; it is added unless it is there.
 fn index_of(
@@ -106,6 +120,7 @@ fn index_of(
     // As numbers, which makes the two zeros equal; none of them is NaN.
     let is_same = |other: &ModelVertex| {
         (other.normal, other.uv, other.color) == (vertex.normal, vertex.uv, vertex.color)
+            && other.tangent.w == vertex.tangent.w
     };
     let compared = &of_point[..of_point.len().min(MAX_COMPARED)];
     if let Some(place) = compared.iter().position(is_same) {
@@ -113,11 +128,11 @@ fn index_of(
     }
     let next = vertices.len() as u32;
     if of_point.len() >= MAX_COMPARED {
-        let ModelVertex { normal, uv, color, .. } = vertex;
+        let ModelVertex { normal, uv, color, tangent, .. } = vertex;
         let [nx, ny, nz] = bits(normal);
-        let [u, v, _] = bits(uv.extend(0.0));
+        let [u, v, hand] = bits(uv.extend(tangent.w));
         let [r, g, b, a] = color.to_array().map(|channel| (channel + 0.0).to_bits());
-        let index = *others.entry([nx, ny, nz, u, v, r, g, b, a]).or_insert(next);
+        let index = *others.entry([nx, ny, nz, u, v, r, g, b, a, hand]).or_insert(next);
         if index != next {
             return index;
         }

@@ -36,6 +36,35 @@ pub struct Material {
     pub emission_texture: Option<usize>,
     /// How that picture lies on the faces.
     pub emission_mapping: TextureMapping,
+    /// Index into [`Model::textures`](crate::Model::textures) of the normal map, if there is one: numbers from 0
+    /// to 1 that stand for x, y UP in the picture, and z out of the surface, from -1 to 1.
+    pub normal_texture: Option<usize>,
+    /// How that picture lies on the faces.
+    pub normal_mapping: TextureMapping,
+    /// What multiplies x and y of its normals, mostly 1.
+    pub normal_strength: f32,
+    /// The colour of highlights in linear light; zero for none.
+    pub specular: Vec3,
+    /// How sharp highlights are: the exponent of the cosine between the normal and the direction halfway
+    /// from the lamp to the eye (Blinn, "Models of Light Reflection", SIGGRAPH 1977).
+    pub shininess: f32,
+    /// Index into [`Model::textures`](crate::Model::textures) of the picture that multiplies `specular`, if
+    /// there is one.
+    pub specular_texture: Option<usize>,
+    /// How that picture lies on the faces.
+    pub specular_mapping: TextureMapping,
+    /// Index into [`Model::textures`](crate::Model::textures) of the picture whose red channel multiplies light
+    /// from everywhere, if there is one.
+    pub occlusion_texture: Option<usize>,
+    /// How that picture lies on the faces.
+    pub occlusion_mapping: TextureMapping,
+    /// How much of that counts, from 0 to 1.
+    pub occlusion_strength: f32,
+    /// Index into [`Model::textures`](crate::Model::textures) of the picture whose red channel, after gain and
+    /// base of its mapping, is a height over the faces in the model's units, if there is one.
+    pub displacement_texture: Option<usize>,
+    /// How that picture lies on the faces.
+    pub displacement_mapping: TextureMapping,
 }
 
 /// What the alpha of a material means.
@@ -103,7 +132,7 @@ impl TextureMapping {
 
     /// What is seen of the picture, with v down, where so much is seen of a vertex's coordinates.
     #[inline]
-    fn footprint(&self, seen: &Footprint) -> Footprint {
+    pub(super) fn footprint(&self, seen: &Footprint) -> Footprint {
         let (x, y, at_zero) = self.columns();
         let along = |d: Vec2| x * d.x + y * d.y;
         Footprint { uv: along(seen.uv) + at_zero, dx: along(seen.dx), dy: along(seen.dy) }
@@ -153,6 +182,18 @@ impl Material {
             emission: Vec3::ZERO,
             emission_texture: None,
             emission_mapping: TextureMapping::default(),
+            normal_texture: None,
+            normal_mapping: TextureMapping::default(),
+            normal_strength: 1.0,
+            specular: Vec3::ZERO,
+            shininess: 32.0,
+            specular_texture: None,
+            specular_mapping: TextureMapping::default(),
+            occlusion_texture: None,
+            occlusion_mapping: TextureMapping::default(),
+            occlusion_strength: 1.0,
+            displacement_texture: None,
+            displacement_mapping: TextureMapping::default(),
         }
     }
 
@@ -173,8 +214,7 @@ impl Material {
     #[must_use]
     pub fn color_at(&self, textures: &[Texture], seen: &Footprint, color: Vec4) -> Vec4 {
         let sample = |texture: Option<usize>, mapping: &TextureMapping| {
-            let texture = texture.and_then(|index| textures.get(index));
-            texture.map(|t| mapping.changed(t.sample_footprint(&mapping.footprint(seen))))
+            sampled_at(textures, texture, mapping, seen)
         };
         let mut all = self.plain_color(color);
         if let Some(texel) = sample(self.texture, &self.mapping) {
@@ -238,12 +278,8 @@ impl Material {
     #[inline]
     #[must_use]
     pub fn emission_at(&self, textures: &[Texture], seen: &Footprint) -> Vec3 {
-        let texture = self.emission_texture.and_then(|index| textures.get(index));
-        texture.map_or(self.emission, |texture| {
-            let mapping = &self.emission_mapping;
-            let texel = mapping.changed(texture.sample_footprint(&mapping.footprint(seen)));
-            self.emission * texel.truncate()
-        })
+        let texel = sampled_at(textures, self.emission_texture, &self.emission_mapping, seen);
+        texel.map_or(self.emission, |texel| self.emission * texel.truncate())
     }
 
     /// The colour of the vertices under that of the material.
@@ -271,9 +307,21 @@ impl Material {
     }
 }
 
+/// The colour of a picture at a point, if there is a picture.
+#[inline]
+pub(super) fn sampled_at(
+    textures: &[Texture],
+    texture: Option<usize>,
+    mapping: &TextureMapping,
+    seen: &Footprint,
+) -> Option<Vec4> {
+    let texture = texture.and_then(|index| textures.get(index))?;
+    Some(mapping.changed(texture.sample_footprint(&mapping.footprint(seen))))
+}
+
 /// The colours of a picture at the pixels of a block, if there is a picture.
 #[inline]
-fn sampled(
+pub(super) fn sampled(
     textures: &[Texture],
     texture: Option<usize>,
     mapping: &TextureMapping,

@@ -12,11 +12,11 @@
 //! alike everywhere.
 
 use std::collections::HashMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
 
-use crate::model::angle::cosine;
+use crate::angle::{arc_cosine, cosine};
 use crate::model::corners::{BY_ANGLE, Corners, FLAT};
 use crate::model::faces::range_before;
 use crate::model::fans::Fans;
@@ -365,12 +365,4 @@ fn angle(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     }
     let least = arc_cosine(a.dot(b) / lengths);
     if a.cross(b).dot(normal) < 0.0 { TAU - least } else { least }
-}
-
-/// The angle of a cosine, to 7e-5, which is plenty for a weight (Abramowitz and Stegun, 4.4.45).
-fn arc_cosine(cosine: f64) -> f64 {
-    let x = cosine.abs().min(1.0);
-    let series = 1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 + x * -0.018_729_3));
-    let angle = (1.0 - x).sqrt() * series;
-    if cosine < 0.0 { PI - angle } else { angle }
 }

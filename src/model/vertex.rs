@@ -17,11 +17,16 @@ pub struct ModelVertex {
     /// Colour that multiplies that of the material: linear light, not multiplied by the alpha in `w`.
     /// It is white where the file gives none.
     pub color: Vec4,
+    /// Where u grows, across the normal, of length 1, and in `w` whether the picture lies on the faces as it is
+    /// (1) or as in a mirror (-1): for a [`TangentFrame`](crate::tangent::TangentFrame). It is zero unless
+    /// one of the model's materials has a normal map.
+    pub tangent: Vec4,
 }
 
 impl Default for ModelVertex {
     /// White, at the origin, without a normal.
     fn default() -> Self {
-        Self { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO, color: Vec4::ONE }
+        let (position, normal, uv) = (Vec3::ZERO, Vec3::ZERO, Vec2::ZERO);
+        Self { position, normal, uv, color: Vec4::ONE, tangent: Vec4::ZERO }
     }
 }

@@ -5,6 +5,14 @@ use glam::Vec2;
 use crate::model::TextureMapping;
 use crate::obj::lines::split_word;
 
+/// What the options of a line say.
+#[derive(Clone, Copy)]
+pub(super) struct MapOptions {
+    pub(super) mapping: TextureMapping,
+    /// `-bm`: what multiplies bumps.
+    pub(super) bump: f32,
+}
+
 /// What an option takes.
 #[derive(Clone, Copy)]
 enum Takes {
@@ -30,8 +38,8 @@ fn takes(option: &str) -> Option<Takes> {
 /// Names that a line may mean, the likeliest first, each with what the options say if it is that one.
 ///
 /// An option that the format does not have is taken for one of a word, unless the whole is the name.
-pub(super) fn readings(text: &str) -> Vec<(String, TextureMapping)> {
-    let mut mapping = TextureMapping::default();
+pub(super) fn readings(text: &str) -> Vec<(String, MapOptions)> {
+    let mut options = MapOptions { mapping: TextureMapping::default(), bump: 1.0 };
     let mut rest = text.trim();
     let mut readings = Vec::new();
     loop {
@@ -40,35 +48,36 @@ pub(super) fn readings(text: &str) -> Vec<(String, TextureMapping)> {
             break;
         }
         match takes(&option.to_ascii_lowercase()) {
-            Some(takes) => rest = apply(option, takes, after, &mut mapping),
+            Some(takes) => rest = apply(option, takes, after, &mut options),
             None => {
                 // `-8.png` may be a file.
-                readings.push((rest.to_owned(), mapping));
+                readings.push((rest.to_owned(), options));
                 let (_, after) = split_word(after);
                 rest = after;
             }
         }
     }
-    readings.push((rest.to_owned(), mapping));
+    readings.push((rest.to_owned(), options));
     // Options behind the name, as in `wood.png -clamp on`.
     if let Some(start) = rest.find(" -") {
-        let (name, mut options) = rest.split_at(start);
+        let (name, mut behind) = rest.split_at(start);
         loop {
-            let (option, after) = split_word(options);
+            let (option, after) = split_word(behind);
             match takes(&option.to_ascii_lowercase()) {
-                Some(takes) => options = apply(option, takes, after, &mut mapping),
-                None if option.starts_with('-') => options = split_word(after).1,
+                Some(takes) => behind = apply(option, takes, after, &mut options),
+                None if option.starts_with('-') => behind = split_word(after).1,
                 None => break,
             }
         }
-        readings.push((name.trim().to_owned(), mapping));
+        readings.push((name.trim().to_owned(), options));
     }
     readings.retain(|(name, _)| !name.is_empty());
     readings
 }
 
 /// Applies an option; what follows its arguments.
-fn apply<'a>(option: &str, takes: Takes, text: &'a str, mapping: &mut TextureMapping) -> &'a str {
+fn apply<'a>(option: &str, takes: Takes, text: &'a str, options: &mut MapOptions) -> &'a str {
+    let mapping = &mut options.mapping;
     let (least, most) = match takes {
         Takes::Word => {
             let (word, rest) = split_word(text);
@@ -100,6 +109,7 @@ fn apply<'a>(option: &str, takes: Takes, text: &'a str, mapping: &mut TextureMap
             mapping.base = numbers[0].unwrap_or(0.0);
             mapping.gain = numbers[1].unwrap_or(1.0);
         }
+        "-bm" => options.bump = numbers[0].unwrap_or(1.0),
         _ => {}
     }
     rest

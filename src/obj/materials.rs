@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use glam::{Vec3, Vec4};
+use glam::{DVec4, Vec3, Vec4};
 
 use crate::color::decode;
 use crate::model::{AlphaMode, Material, TextureMapping};
 use crate::obj::file::check_regular;
 use crate::obj::limits::MAX_TEXTURES;
-use crate::obj::map_options::readings;
+use crate::obj::map_options::{MapOptions, readings};
 use crate::obj::mtl::Entry;
 use crate::obj::paths::Finder;
 use crate::obj::warning::{Warning, Warnings};
@@ -31,27 +31,25 @@ pub(super) fn open(
     }
     let mut materials = vec![default.clone()];
     for entry in entries {
-        let [diffuse_map, ambient_map, alpha_map, emission_map] = &entry.maps;
+        let [diffuse_map, ambient_map, alpha_map, emission_map, ..] = &entry.maps;
         let mut material = Material::new(entry.name.clone(), default.diffuse);
         // Some programs write the picture of a material as that of its ambient light alone.
         let color_map = diffuse_map.as_ref().or(ambient_map.as_ref());
-        if let Some((index, mapping)) = cache.map(color_map, Use::Colour, &entry, finder, warnings)
-        {
-            (material.texture, material.mapping) = (Some(index), mapping);
+        let mut map =
+            |map: Option<&String>, for_what| cache.map(map, for_what, &entry, finder, warnings);
+        if let Some((index, options)) = map(color_map, Use::Colour) {
+            (material.texture, material.mapping) = (Some(index), options.mapping);
             material.diffuse = Vec3::ONE;
         }
-        if let Some((index, mapping)) =
-            cache.map(alpha_map.as_ref(), Use::Alpha, &entry, finder, warnings)
-        {
-            (material.alpha_texture, material.alpha_mapping) = (Some(index), mapping);
+        if let Some((index, options)) = map(alpha_map.as_ref(), Use::Alpha) {
+            (material.alpha_texture, material.alpha_mapping) = (Some(index), options.mapping);
         }
-        if let Some((index, mapping)) =
-            cache.map(emission_map.as_ref(), Use::Colour, &entry, finder, warnings)
-        {
-            (material.emission_texture, material.emission_mapping) = (Some(index), mapping);
+        if let Some((index, options)) = map(emission_map.as_ref(), Use::Colour) {
+            (material.emission_texture, material.emission_mapping) = (Some(index), options.mapping);
             material.emission = Vec3::ONE;
         }
         material.emission = entry.emission.unwrap_or(material.emission);
+        open_other_maps(&mut material, &entry, &mut map);
         match entry.diffuse {
             Some(Vec3::ZERO) if material.texture.is_some() => {
                 warnings.add(Warning::BlackTexture { material: entry.name.clone() });
@@ -73,6 +71,33 @@ pub(super) fn open(
         materials.push(material);
     }
     (materials, cache.textures.into_iter().map(|(texture, _)| texture).collect())
+}
+
+/// Opens the pictures of highlights, normals and heights.
+fn open_other_maps(
+    material: &mut Material,
+    entry: &Entry,
+    map: &mut impl FnMut(Option<&String>, Use) -> Option<(usize, MapOptions)>,
+) {
+    let [.., specular_map, bump_map, normal_map, height_map] = &entry.maps;
+    // Most files have the numbers of highlights, whether they mean them or not; one with a picture does.
+    if let Some((index, options)) = map(specular_map.as_ref(), Use::Colour) {
+        (material.specular_texture, material.specular_mapping) = (Some(index), options.mapping);
+        let specular = entry.specular.filter(|&specular| specular != Vec3::ZERO);
+        material.specular = specular.unwrap_or(Vec3::ONE);
+        material.shininess = entry.shininess.unwrap_or(material.shininess);
+    }
+    let normals = map(normal_map.as_ref(), Use::Normals);
+    if let Some((index, options)) = normals.or_else(|| map(bump_map.as_ref(), Use::Bumps)) {
+        let MapOptions { mapping, bump } = options;
+        material.normal_texture = Some(index);
+        material.normal_mapping = TextureMapping { base: 0.0, gain: 1.0, ..mapping };
+        material.normal_strength = bump * mapping.gain;
+    }
+    if let Some((index, options)) = map(height_map.as_ref(), Use::Numbers) {
+        material.displacement_texture = Some(index);
+        material.displacement_mapping = options.mapping;
+    }
 }
 
 /// What alpha means: pictures that are nearly all holes and no glass cut out.
@@ -99,12 +124,18 @@ enum Transparency {
 /// The most texels whose alpha is looked at; of larger pictures they are taken at even distances.
 const LOOKS: u64 = 1 << 20;
 
+/// The distance of the texels that are looked at.
+fn step_of(texture: &Texture) -> usize {
+    let count = |step| u64::from(texture.width() / step) * u64::from(texture.height() / step);
+    (1..).find(|&step| count(step) <= LOOKS).unwrap_or(1) as usize
+}
+
 fn transparency(texture: &Texture, channel: Use) -> Transparency {
     let (width, height) = (texture.width(), texture.height());
-    let step = (1..).find(|&s| u64::from(width / s) * u64::from(height / s) <= LOOKS).unwrap_or(1);
+    let step = step_of(texture);
     let (mut between, mut clear, mut all) = (0_u64, 0_u64, 0_u64);
-    for y in (0..height).step_by(step as usize) {
-        for x in (0..width).step_by(step as usize) {
+    for y in (0..height).step_by(step) {
+        for x in (0..width).step_by(step) {
             let texel = texture.texel(x, y);
             let alpha = if channel == Use::Alpha { texel.x } else { texel.w };
             all += 1;
@@ -148,6 +179,49 @@ enum Use {
     Colour,
     /// Its numbers are alpha, in the red channel.
     Alpha,
+    /// Its numbers are what they are.
+    Numbers,
+    /// Its numbers are normals.
+    Normals,
+    /// Its numbers are normals if it looks like that, or else heights.
+    Bumps,
+}
+
+impl Use {
+    /// The texture of a file that is opened for other uses than colours and alpha.
+    fn open(self, path: &Path, limit: u64, clamp: bool) -> Result<Texture, TextureError> {
+        let numbers = Texture::open_data_within(path, limit)?;
+        if self != Self::Bumps || looks_like_normals(&numbers) {
+            return Ok(numbers);
+        }
+        // The slopes at the edges depend on what is beyond.
+        let heights = if clamp { numbers.with_wrap(Wrap::Clamp) } else { numbers };
+        heights.normals_of_heights(heights.width() as f32 / BUMPS)
+    }
+}
+
+/// Where a bump map's picture is so many times as wide as white is high, for the format says nothing of it.
+const BUMPS: f32 = 64.0;
+
+/// Whether numbers are those of a normal map, which some programs write as bumps: their mean points out of the
+/// surface, and they are no greys.
+fn looks_like_normals(numbers: &Texture) -> bool {
+    let mean = mean(numbers);
+    mean.z > 0.7 && mean.z > mean.x + 0.15 && mean.z > mean.y + 0.15
+}
+
+/// The mean of a picture, of large ones that of texels at even distances.
+fn mean(texture: &Texture) -> Vec4 {
+    let (width, height) = (texture.width(), texture.height());
+    let step = step_of(texture);
+    let places =
+        (0..height).step_by(step).flat_map(|y| (0..width).step_by(step).map(move |x| (x, y)));
+    let (mut sum, mut count) = (DVec4::ZERO, 0.0);
+    for (x, y) in places {
+        sum += texture.texel(x, y).as_dvec4();
+        count += 1.0;
+    }
+    (sum / count).as_vec4()
 }
 
 /// Textures, each file once for each use and wrap.
@@ -169,23 +243,25 @@ impl TextureCache {
         entry: &Entry,
         finder: &mut Finder,
         warnings: &mut Warnings,
-    ) -> Option<(usize, TextureMapping)> {
+    ) -> Option<(usize, MapOptions)> {
         let mut missing = None;
-        for (name, mapping) in readings(line?) {
+        for (name, options) in readings(line?) {
             match finder.find(&entry.folder, &name) {
                 Some(Ok(path)) => {
-                    let index = self.get(path, for_what, mapping.clamp, &entry.name, warnings)?;
-                    return Some((index, mapping));
+                    let index =
+                        self.get(path, for_what, options.mapping.clamp, &entry.name, warnings)?;
+                    return Some((index, options));
                 }
                 Some(Err(path)) if !name.starts_with('-') => {
-                    missing = missing.or(Some((path, mapping)));
+                    missing = missing.or(Some((path, options)));
                 }
                 _ => {}
             }
         }
-        let (path, mapping) = missing?;
+        let (path, options) = missing?;
         // It is opened all the same, for the system to say what is wrong.
-        self.get(path, for_what, mapping.clamp, &entry.name, warnings).map(|index| (index, mapping))
+        self.get(path, for_what, options.mapping.clamp, &entry.name, warnings)
+            .map(|index| (index, options))
     }
 
     /// The index of the texture in a file, which is opened unless it was before. `None` if it cannot
@@ -221,7 +297,11 @@ impl TextureCache {
     fn open(&mut self, path: &Path, for_what: Use, clamp: bool) -> Result<usize, TextureError> {
         check_regular(path)
             .map_err(|source| TextureError::Read { path: path.to_owned(), source })?;
-        let mut texture = Texture::open_within(path, MAX_FILE_TEXELS - self.texels)?;
+        let limit = MAX_FILE_TEXELS - self.texels;
+        if !matches!(for_what, Use::Colour | Use::Alpha) {
+            return Ok(self.add(for_what.open(path, limit, clamp)?, Transparency::None, clamp));
+        }
+        let mut texture = Texture::open_within(path, limit)?;
         if is_tga(path) && is_clear(&texture) {
             texture = without_alpha(path)?;
         }
@@ -238,11 +318,14 @@ impl TextureCache {
             }
             transparency = self::transparency(&texture, Use::Alpha);
         }
-        if clamp {
-            texture = texture.with_wrap(Wrap::Clamp);
-        }
+        Ok(self.add(texture, transparency, clamp))
+    }
+
+    /// The index of a texture that is added.
+    fn add(&mut self, texture: Texture, transparency: Transparency, clamp: bool) -> usize {
         self.texels += u64::from(texture.width()) * u64::from(texture.height());
-        self.textures.push((texture, transparency));
-        Ok(self.textures.len() - 1)
+        let wrapped = if clamp { texture.with_wrap(Wrap::Clamp) } else { texture };
+        self.textures.push((wrapped, transparency));
+        self.textures.len() - 1
     }
 }

@@ -29,14 +29,23 @@ pub(super) struct Entry {
     pub(super) transparency: Option<f32>,
     /// `Ke`.
     pub(super) emission: Option<Vec3>,
-    /// What follows `map_Kd`, `map_Ka`, `map_d` and `map_Ke`: options and a name.
-    pub(super) maps: [Option<String>; 4],
+    /// `Ks`.
+    pub(super) specular: Option<Vec3>,
+    /// `Ns`.
+    pub(super) shininess: Option<f32>,
+    /// What follows the keywords of [`MAPS`]: options and a name.
+    pub(super) maps: [Option<String>; MAPS.len()],
     /// The folder of the file, from that of the OBJ file.
     pub(super) folder: String,
 }
 
 /// The maps that are read, in the order of [`Entry::maps`].
-pub(super) const MAPS: [&str; 4] = ["map_Kd", "map_Ka", "map_d", "map_Ke"];
+pub(super) const MAPS: [&str; 8] =
+    ["map_Kd", "map_Ka", "map_d", "map_Ke", "map_Ks", "map_Bump", "norm", "disp"];
+
+/// Other words for some of them.
+const SYNONYMS: [(&str, &str); 3] =
+    [("bump", "map_Bump"), ("map_Kn", "norm"), ("map_disp", "disp")];
 
 /// Reads all MTL files that the OBJ file `obj` names in `mtllib` lines, or the one of its own name.
 pub(super) fn read(
@@ -172,11 +181,18 @@ impl Reader {
         let Some(entry) = self.entries.last_mut().filter(|_| self.in_material) else {
             return Ok(());
         };
+        let synonym = SYNONYMS.iter().find(|(word, _)| keyword.eq_ignore_ascii_case(word));
+        let keyword = synonym.map_or(keyword, |(_, word)| *word);
         let is = |word: &str| keyword.eq_ignore_ascii_case(word);
         if is("Kd") {
             entry.diffuse = Some(colour(rest)?);
         } else if is("Ke") {
             entry.emission = Some(colour(rest)?);
+        } else if is("Ks") {
+            entry.specular = Some(colour(rest)?);
+        } else if is("Ns") {
+            let number = words(rest).next().map(|word| finite("exponent", word)).transpose()?;
+            entry.shininess = number.map(|number| (number as f32).max(0.0));
         } else if is("d") {
             entry.dissolve = fraction(rest)?;
         } else if is("Tr") {
@@ -209,18 +225,13 @@ impl Reader {
 
 /// What a statement is about that is not read, if it can make a difference to the picture.
 ///
-/// The numbers of the lighting model, such as `Ka`, `Ks`, `Ns` and `illum`, are in every file; diffuse light
-/// alone is drawn, which the module's documentation says.
+/// The numbers of the lighting model, such as `Ka` and `illum`, are in every file, and count for nothing, which
+/// the module's documentation says.
 fn unused(keyword: &str) -> Option<&'static str> {
     let is = |word: &str| keyword.eq_ignore_ascii_case(word);
     Some(match keyword {
-        _ if is("map_Ks") || is("map_Ns") => "pictures of highlights (map_Ks, map_Ns)",
-        _ if is("map_bump") || is("bump") || is("norm") || is("map_Kn") => {
-            "pictures of bumps and normals (map_Bump, bump, norm)"
-        }
-        _ if is("disp") || is("map_disp") || is("decal") || is("map_decal") => {
-            "pictures of displacements and decals (disp, decal)"
-        }
+        _ if is("map_Ns") => "pictures of exponents of highlights (map_Ns)",
+        _ if is("decal") || is("map_decal") => "pictures of decals (decal)",
         _ if is("refl") || is("map_refl") => "pictures of reflections (refl)",
         _ if is("map_Tr") || is("map_aat") => "statements map_Tr and map_aat",
         _ if is_map(keyword) => "pictures of other properties (map_Pr, map_Pm and others)",

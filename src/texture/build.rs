@@ -8,6 +8,7 @@ use fearless_simd::Level;
 use glam::Vec4;
 
 use crate::texture::chain;
+use crate::texture::cutout::Cutout;
 use crate::texture::error::TextureError;
 #[cfg(feature = "png")]
 use crate::texture::file::{self, Meaning};
@@ -129,8 +130,44 @@ impl Texture {
     /// # Errors
     /// [`TextureError::Memory`] if the machine has no room for it.
     pub fn with_mipmaps(self) -> Result<Self, TextureError> {
+        self.with_chain(None)
+    }
+
+    /// The texture with a mip chain for cut-outs, such as leaves and fences: shaders that take alpha below
+    /// `threshold` for a hole see as much of it from afar as from near.
+    ///
+    /// The levels are those of [`with_mipmaps`](Self::with_mipmaps), with the alpha of each multiplied by a number
+    /// of its own, up to 1, so that the part of the level that is no hole is that of the picture (Castano,
+    /// "Computing Alpha Mipmaps", 2010). Parts are those of alpha as bilinear filters see it. Colours before
+    /// alpha stay as they are, and so does all of a picture without holes.
+    ///
+    /// ```
+    /// use polyscan::glam::Vec4;
+    /// use polyscan::texture::Texture;
+    ///
+    /// // Posts of 2 texels, and 14 of air: the third level has a quarter of alpha, and a texel of air.
+    /// let fence = Texture::from_fn(64, 64, |x, _| if x % 16 < 2 { Vec4::ONE } else { Vec4::ZERO })?;
+    /// assert_eq!(fence.clone().with_mipmaps()?.level_texel(3, 0, 0).w, 0.25);
+    /// // There are posts all the same.
+    /// assert!(fence.with_cutout_mipmaps(0.5)?.level_texel(3, 0, 0).w > 0.5);
+    /// # Ok::<(), polyscan::texture::TextureError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`TextureError::Memory`] if the machine has no room for it.
+    pub fn with_cutout_mipmaps(self, threshold: f32) -> Result<Self, TextureError> {
+        self.with_chain(Some(Cutout { threshold, in_red: false }))
+    }
+
+    /// [`with_cutout_mipmaps`](Self::with_cutout_mipmaps) of a picture whose red channel is alpha.
+    #[cfg(feature = "model")]
+    pub(crate) fn with_red_cutout_mipmaps(self, threshold: f32) -> Result<Self, TextureError> {
+        self.with_chain(Some(Cutout { threshold, in_red: true }))
+    }
+
+    fn with_chain(self, cutout: Option<Cutout>) -> Result<Self, TextureError> {
         let Self { texels, how, simd_level } = self;
-        let texels = chain::with_chain(texels)?;
+        let texels = chain::with_chain(texels, cutout)?;
         let how = Filtering { mip_filter: MipFilter::Linear, ..how };
         Ok(Self { texels, how, simd_level })
     }
@@ -302,7 +339,12 @@ impl Texture {
     /// # Errors
     /// As [`Texture::open`].
     pub fn open_data(path: impl AsRef<Path>) -> Result<Self, TextureError> {
-        file::read(path.as_ref(), MAX_FILE_TEXELS, Meaning::Numbers).map(Self::of)
+        Self::open_data_within(path.as_ref(), MAX_FILE_TEXELS)
+    }
+
+    /// [`Texture::open_data`] with another limit on the number of texels.
+    pub(crate) fn open_data_within(path: &Path, limit: u64) -> Result<Self, TextureError> {
+        file::read(path, limit, Meaning::Numbers).map(Self::of)
     }
 
     /// [`Texture::open`] with another limit on the number of texels.

@@ -16,6 +16,7 @@
 use glam::Vec4;
 
 use crate::render::parallel::for_each;
+use crate::texture::cutout::Cutout;
 use crate::texture::error::TextureError;
 use crate::texture::format::Samples;
 use crate::texture::light::{to_byte, to_f16, to_srgb8, to_srgb16, to_word};
@@ -27,8 +28,18 @@ struct Means {
     texels: Vec<Vec4>,
 }
 
-/// The texture's texels with those of all smaller levels after them.
-pub(super) fn with_chain(mut texels: Texels) -> Result<Texels, TextureError> {
+/// The texture's texels with those of all smaller levels after them, perhaps with the alpha of cut-outs.
+pub(super) fn with_chain(
+    mut texels: Texels,
+    cutout: Option<Cutout>,
+) -> Result<Texels, TextureError> {
+    let covered = cutout.map(|cutout| {
+        let size = (texels.base().width, texels.base().height);
+        let part = with_texels!(&texels, texels.base(), base => {
+            cutout.coverage(size, 1.0, |x, y| base.get(x, y).unwrap_or_default())
+        });
+        (cutout, part)
+    });
     let mut before: Option<Means> = None;
     let mut size = (texels.base().width, texels.base().height);
     texels.drop_smaller();
@@ -49,7 +60,9 @@ pub(super) fn with_chain(mut texels: Texels) -> Result<Texels, TextureError> {
             })?,
         };
         let channels = texels.channels();
-        texels.push_level(means.size, |samples| push(samples, channels, &means.texels));
+        let changed = covered.map(|(cutout, part)| cutout.scaled(means.size, part, &means.texels));
+        let kept = changed.as_ref().unwrap_or(&means.texels);
+        texels.push_level(means.size, |samples| push(samples, channels, kept));
         before = Some(means);
         size = smaller;
     }

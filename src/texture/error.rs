@@ -40,6 +40,21 @@ pub enum TextureError {
         /// Channels asked for.
         channels: usize,
     },
+    /// The faces of a cube are not alike.
+    #[error(
+        "face {number} of a cube, counted from 0, has {width} x {height} texels: all six must be square, have \
+         {side} texels a side as the first one, and mipmaps if that has"
+    )]
+    Cube {
+        /// Which face, from 0 to 5.
+        number: usize,
+        /// Its width in texels.
+        width: u32,
+        /// Its height in texels.
+        height: u32,
+        /// The width of the first.
+        side: u32,
+    },
     /// The machine has not enough memory for the texels.
     #[error(
         "no memory for a texture of {width} x {height} texels of {bytes_per_texel} bytes: use a smaller \

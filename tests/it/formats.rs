@@ -313,6 +313,49 @@ fn gltf_turns_textures_and_emits_light() {
     }
 }
 
+/// Normals and occlusion are numbers, not sRGB, each with its own transform.
+#[test]
+fn gltf_has_normals_and_occlusion() {
+    use glam::{Vec4, vec2};
+    use polyscan::tangent::TangentFrame;
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = polyscan::Framebuffer::new(1, 1, [191_u8, 128, 238, 255]).expect("a pixel");
+    picture.save_png(folder.path().join("a.png")).expect("a picture");
+    let png = base64(&std::fs::read(folder.path().join("a.png")).expect("a file"));
+    let images = format!(
+        r#"{{"textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{png}"}}],"#
+    );
+    // Turned by a quarter: what is right in the picture points down where the picture is seen.
+    let turned = r#","extensions":{"KHR_texture_transform":{"rotation":1.57079632679}}"#;
+    let [x, y] = [0.5, 0.866];
+    for (scale, transform, expected) in [
+        (1.0, "", vec3(x, 0.0, y)),
+        (0.5, "", vec3(0.5 * x, 0.0, y).normalize()),
+        (1.0, turned, vec3(0.0, -x, y)),
+        (1.0, r#","texCoord":1"#, Vec3::Z),
+    ] {
+        let material = format!(
+            r#"{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}},
+            "normalTexture":{{"index":0,"scale":{scale}{transform}}},
+            "occlusionTexture":{{"index":0,"strength":0.5}}}}"#
+        );
+        let text = gltf(&material, r#"{"mesh":0}"#).replacen('{', &images, 1);
+        let Loaded { model, warnings, .. } = read(&text, "a.gltf").expect("a model");
+        let material = &model.materials[1];
+        assert_eq!(warnings.len(), usize::from(expected == Vec3::Z), "{warnings:?}");
+        let frame = TangentFrame::new(Vec3::Z, Vec4::new(1.0, 0.0, 0.0, 1.0));
+        let seen = vec2(0.3, 0.3).into();
+        let found = material.normal_at(&model.textures, &seen, &frame);
+        assert!((found - expected).length() < 0.006, "{transform}: {found} {expected}");
+        let occlusion = material.occlusion_at(&model.textures, &seen);
+        assert!((occlusion - (1.0 - 0.5 * (1.0 - 191.0 / 255.0))).abs() < 1e-6, "{occlusion}");
+        // The same picture as colours is decoded.
+        let color = material.color_at(&model.textures, &seen, Vec4::ONE);
+        assert!((color.x - polyscan::color::decode(191)).abs() < 1e-6, "{color}");
+    }
+}
+
 #[test]
 fn gltf_is_placed_and_has_its_looks() {
     use glam::Vec2;

@@ -1,9 +1,10 @@
 //! The colours of materials: in blocks as one by one.
 
-use glam::{Vec2, Vec4, vec2, vec3, vec4};
+use glam::{Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use polyscan::Texture;
 use polyscan::fragment::{Footprint, FootprintBlock, LANES, Lanes};
 use polyscan::model::{AlphaMode, Material};
+use polyscan::tangent::TangentFrame;
 use polyscan::texture::MipFilter;
 
 use crate::common::generators::Rng;
@@ -84,5 +85,49 @@ fn mappings_scale_turn_and_move() {
         (material.alpha_mode, material.mapping.gain) = (AlphaMode::Opaque, 1.0);
         let color = material.color_at(&grey, &Footprint::from(uv), Vec4::ONE);
         assert!((color.truncate() - material.diffuse).length() < 1e-6, "{color}");
+    }
+}
+
+/// The normals of a block are those of its pixels, and a picture that is turned bends as its heights do.
+#[test]
+fn normals_lean_from_heights_however_the_picture_lies() {
+    let rng = &mut Rng::new(99);
+    // Waves, 64 texels long: a height of 1 is as high as a texel is wide.
+    let wave = |x: u32, y: u32| {
+        let angle = |n: u32| n as f32 / 64.0 * std::f32::consts::TAU;
+        Vec4::splat(3.0 * angle(x).sin() + 2.0 * angle(y).cos())
+    };
+    let heights = Texture::from_fn(64, 64, wave).expect("heights");
+    let textures = [heights.normals_of_heights(1.0).expect("normals")];
+    for _ in 0..100 {
+        let mut material = material(rng);
+        let scale = [1.0, -1.0][rng.below(2)];
+        material.normal_texture = Some(0);
+        (material.normal_mapping.scale, material.normal_mapping.turn) =
+            (vec2(scale, 1.0), Vec2::from_angle(float(rng, 3.0)));
+        let mapping = material.normal_mapping;
+        let mut lanes = |scale: f64| -> Lanes { std::array::from_fn(|_| float(rng, scale)) };
+        let point = [[0.0; LANES]; 2];
+        let seen = FootprintBlock { uv: [lanes(2.0), lanes(2.0)], dx: point, dy: point };
+        let one = |value: f32| [value; LANES];
+        let (normal, tangent) = ([0.0, 0.0, 1.0].map(one), [1.0, 0.0, 0.0, 1.0].map(one));
+        let found =
+            material.normals_at(&textures, &seen, normal.each_ref(), tangent.each_ref(), 0xffff);
+        for lane in 0..LANES {
+            let frame = TangentFrame::new(Vec3::Z, vec4(1.0, 0.0, 0.0, 1.0));
+            let alone = material.normal_at(&textures, &seen.get(lane), &frame);
+            assert_eq!(found.map(|axis| axis[lane]), alone.to_array());
+            // The slopes of the heights as they are seen, by differences.
+            let uv = seen.get(lane).uv;
+            let height = |by: Vec2| {
+                let at = mapping.uv(uv + by / 64.0) * 64.0 - 0.5;
+                let angle = |n: f32| f64::from(n) / 64.0 * std::f64::consts::TAU;
+                3.0 * angle(at.x).sin() + 2.0 * angle(at.y).cos()
+            };
+            let right = (height(Vec2::X * 0.5) - height(Vec2::X * -0.5)) as f32;
+            let down = (height(Vec2::Y * 0.5) - height(Vec2::Y * -0.5)) as f32;
+            let expected = vec3(-right, down, 1.0).normalize();
+            assert!((alone - expected).length() < 0.01, "{alone} {expected} {mapping:?}");
+        }
     }
 }

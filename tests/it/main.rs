@@ -47,6 +47,10 @@ mod blending;
 
 mod texture;
 mod texture_filters;
+mod tangents;
+mod cutouts;
+mod supersampling;
+mod environments;
 
 mod house;
 mod api;

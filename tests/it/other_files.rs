@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use polyscan::model::{AlphaMode, Model};
 use polyscan::obj::{Loaded, Loader, ObjError, Warning};
 use polyscan::render::Over;
+use polyscan::tangent::TangentFrame;
 use polyscan::{Framebuffer, Mesh, ScanlineRenderer, color, record};
 use tempfile::TempDir;
 
@@ -329,6 +330,98 @@ fn emitted_light_is_that_of_its_picture() {
     }
 }
 
+/// Saves a picture whose pixel (x, y) is given.
+fn save(path: PathBuf, size: (u32, u32), pixel: impl Fn(u32, u32) -> [u8; 4]) {
+    let mut picture = Framebuffer::new(size.0, size.1, [0_u8; 4]).expect("pixels");
+    for (i, color) in (0..).zip(picture.color_mut()) {
+        *color = pixel(i % size.0, i / size.0);
+    }
+    picture.save_png(path).expect("a picture");
+}
+
+/// The normal of the square of `PICTURE` at a point of its picture.
+fn normal(model: &Model, uv: Vec2) -> Vec3 {
+    let vertex = model.vertices[0];
+    let frame = TangentFrame::new(vertex.normal, vertex.tangent);
+    model.materials[1].normal_at(&model.textures, &uv.into(), &frame)
+}
+
+/// Normal maps are numbers, not sRGB; bumps are heights, or normals where they look like that.
+#[test]
+fn normals_are_bent_by_normal_maps_and_by_bumps() {
+    // To the right, by 30 degrees; as sRGB it would be 0.51 and 0.87 for 0.75 and 0.93.
+    let leaning = |_, _| [191, 128, 238, 255];
+    let right = vec3(0.5, 0.0, 0.866);
+    // A ramp of one code for each of 32 texels, in picture widths; white is as high as a 64th is wide.
+    let ramp = |x: u32, _| [4 * x.min(31) as u8, 4 * x.min(31) as u8, 4 * x.min(31) as u8, 255];
+    let slope = 4.0 / 255.0 * 32.0 / 64.0;
+    for (lines, expected) in [
+        ("norm n.png\n", right),
+        ("map_Kn n.png\n", right),
+        ("map_bump n.png\n", right),
+        ("bump -bm 0.5 n.png\n", vec3(0.25, 0.0, 0.866).normalize()),
+        // Turned over along u.
+        ("norm -s -1 1 1 n.png\n", vec3(-0.5, 0.0, 0.866)),
+        ("bump h.png\n", vec3(-slope, 0.0, 1.0).normalize()),
+        ("map_Bump -bm 10 h.png\n", vec3(-10.0 * slope, 0.0, 1.0).normalize()),
+        ("map_Bump -bm -3 -mm 0 2 h.png\n", vec3(6.0 * slope, 0.0, 1.0).normalize()),
+        // That of normals comes first.
+        ("bump h.png\nnorm n.png\n", right),
+    ] {
+        let files = Files::new().with("m.mtl", format!("newmtl a\n{lines}"));
+        save(files.path("n.png"), (2, 2), leaning);
+        save(files.path("h.png"), (32, 2), ramp);
+        let (model, warnings) =
+            files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(model.vertices[0].tangent, vec4(1.0, 0.0, 0.0, 1.0));
+        let found = normal(&model, vec2(0.5, 0.5));
+        assert!((found - expected).length() < 0.006, "{lines}: {found} {expected}");
+    }
+    // Without one there are no tangents, and the normal is the face's own.
+    let (model, _) = Files::new().with("m.obj", PICTURE).load("m.obj");
+    assert_eq!(model.vertices[0].tangent, Vec4::ZERO);
+}
+
+/// A face and its mirror image share an edge, but not its vertices.
+#[test]
+fn vertices_between_a_picture_and_its_mirror_image_are_doubled() {
+    let sheet = "v -1 0 0\nv 0 0 0\nv 1 0 0\nv -1 1 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n\
+                 vt 1 1\nvn 0 0 1\nusemtl a\nf 1/2/1 2/1/1 5/3/1 4/4/1\nf 2/1/1 3/2/1 6/4/1 5/3/1\n";
+    for (lines, count) in [("norm n.png\n", 8), ("", 6)] {
+        let files = Files::new().with("m.mtl", format!("newmtl a\n{lines}"));
+        save(files.path("n.png"), (1, 1), |_, _| [191, 128, 238, 255]);
+        let (model, _) = files.with("m.obj", format!("mtllib m.mtl\n{sheet}")).load("m.obj");
+        assert_eq!(model.vertices.len(), count, "{lines}");
+        if lines.is_empty() {
+            continue;
+        }
+        for (face, sign) in model.faces().zip([-1.0, 1.0]) {
+            for &index in face.indices {
+                assert_eq!(model.vertices[index as usize].tangent, vec4(sign, 0.0, 0.0, sign));
+            }
+        }
+    }
+}
+
+#[test]
+fn highlights_and_heights_have_pictures() {
+    let mtl = "newmtl a\nKs 0.5 0.5 0.5\nNs 20\nmap_Ks t.png\ndisp -mm 0.25 2 h.png\n";
+    let files = Files::new().with("m.mtl", mtl).with_picture("t.png", 255);
+    save(files.path("h.png"), (1, 1), |_, _| [51; 4]);
+    let (model, warnings) = files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let (material, seen) = (&model.materials[1], vec2(0.5, 0.5).into());
+    assert_eq!(material.specular_at(&model.textures, &seen), vec3(0.5, 0.0, 0.0));
+    assert_eq!(material.shininess, 20.0);
+    let height = material.displacement_at(&model.textures, &seen);
+    assert!((height - 0.65).abs() < 1e-6, "{height}");
+    // The numbers alone are in every file, whether it means them or not.
+    let files = Files::new().with("m.mtl", "newmtl a\nKs 0.5 0.5 0.5\nNs 20\n");
+    let (model, _) = files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
+    assert_eq!(model.materials[1].specular, Vec3::ZERO);
+}
+
 #[test]
 fn alpha_is_that_of_d_or_of_tr() {
     for (lines, alpha, mode) in [
@@ -563,7 +656,7 @@ fn huge_and_tiny_models_are_seen() {
 /// One warning for each kind of thing, with the first line and the number.
 #[test]
 fn what_is_not_used_is_said_once() {
-    let mtl = "newmtl a\nmap_Ks s.png\nbump b.png\nKe 0 0 0\nnewmtl b\nnorm n.png\nKe 1 0 0\n";
+    let mtl = "newmtl a\nmap_Ns s.png\nrefl b.png\nKe 0 0 0\nnewmtl b\nrefl n.png\nKe 1 0 0\n";
     let files = Files::new().with("m.mtl", mtl);
     let obj =
         format!("mtllib m.mtl\n{TRIANGLE}usemtl a\nl 1 2\nf 1 2 3\np 1\nl 2 3\nvp 1\nfoo\nbar\n");
@@ -576,8 +669,8 @@ fn what_is_not_used_is_said_once() {
             "m.obj:8: points (p) are not used",
             "m.obj:10: curves and curved surfaces are not used",
             "m.obj:11: statements that no OBJ file has, such as `foo`, are not used (2 in the file)",
-            "m.mtl:2: pictures of highlights (map_Ks, map_Ns) are not used",
-            "m.mtl:3: pictures of bumps and normals (map_Bump, bump, norm) are not used (2 in the file)",
+            "m.mtl:2: pictures of exponents of highlights (map_Ns) are not used",
+            "m.mtl:3: pictures of reflections (refl) are not used (2 in the file)",
         ]
     );
 }

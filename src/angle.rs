@@ -1,20 +1,30 @@
 //! Angles, by arithmetic that is the same everywhere: the platform's functions are not.
 
+use std::f64::consts::PI;
 #[cfg(any(test, feature = "gltf"))]
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 #[cfg(any(test, feature = "gltf"))]
 use glam::Vec2;
 
 /// The cosine of an angle from 0 to pi, by its power series. The first term left out is pi^32 / 32!,
 /// or 3e-20.
-pub(super) fn cosine(angle: f64) -> f64 {
+#[cfg(any(test, feature = "model"))]
+pub(crate) fn cosine(angle: f64) -> f64 {
     let terms = (1..=15).scan(1.0, |term, k| {
         let even = 2.0 * f64::from(k);
         *term *= -angle * angle / ((even - 1.0) * even);
         Some(*term)
     });
     1.0 + terms.sum::<f64>()
+}
+
+/// The angle of a cosine, to 7e-5, which is plenty for a weight (Abramowitz and Stegun, 4.4.45).
+pub(crate) fn arc_cosine(cosine: f64) -> f64 {
+    let x = cosine.abs().min(1.0);
+    let series = 1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 + x * -0.018_729_3));
+    let angle = (1.0 - x).sqrt() * series;
+    if cosine < 0.0 { PI - angle } else { angle }
 }
 
 /// The cosine and the sine of any angle in radians, to the precision of `f32`; those of 0 for one that is
