@@ -85,7 +85,7 @@
 //! | `render::painter` | [`PainterRenderer`], with each `render::painter::cut_line` |
 //! | `render::scanline` | [`ScanlineRenderer`]: what is `render::scanline::visible`, the `render::scanline::active` faces, how rows are found and `render::scanline::draw`n |
 //! | [`bake`] | textures baked from meshes in their (u, v) plane; `bake::dilate` continues the borders |
-//! | `render::samples` | [`MultisampleRenderer`](render::MultisampleRenderer): several samples a pixel, at the places of the `render::samples::pattern`, in a `render::samples::frame`; the `render::samples::raster` says which are covered, of a `render::samples::small` triangle by its edges' functions, `render::samples::shade` tests and colours them, for the `render::samples::renderer` |
+//! | `render::samples` | [`MultisampleRenderer`](render::MultisampleRenderer): several samples a pixel, at the places of the `render::samples::pattern`, in a `render::samples::frame`; the `render::samples::raster` says which are covered, of a `render::samples::small` triangle by its edges' functions, `render::samples::shade` tests them and stores what a `render::samples::shader` makes of them, for the `render::samples::renderer` |
 //! | `render::occlusion` | [`OcclusionRenderer`](render::OcclusionRenderer): what is hidden, before it is drawn, by `render::occlusion::tiles` of pixels |
 //! | `render::visibility` | [`VisibilityRenderer`](render::VisibilityRenderer): which face is seen at each pixel, at each of a pixel's samples, or in `render::visibility::layers` if several are wanted, and where on it, by the `render::visibility::weights` of its corners |
 //! | `render::area` | [`AreaRenderer`](render::AreaRenderer): pixels covered in part, by exact area, in painter's order |

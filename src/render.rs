@@ -26,7 +26,7 @@
 //! Several samples a pixel are drawn by a [`MultisampleRenderer`], a z-buffer of its own, into one buffer and without
 //! stencil and statistics; the others draw large and take [`Framebuffer::downsampled`]. What is seen as numbers, faces
 //! and barycentrics, a [`VisibilityRenderer`] finds: by the z-buffer, by the scanline renderer where several layers are
-//! wanted, and by the renderer of samples where those are. Which boxes are hidden behind occluders, before anything is
+//! wanted, and by the renderer of samples where those are; it counts nothing. Which boxes are hidden behind occluders, before anything is
 //! drawn, an [`OcclusionRenderer`] says. Pixels covered in part are drawn by their exact areas, in painter's order,
 //! by an [`AreaRenderer`].
 //!

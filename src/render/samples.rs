@@ -9,11 +9,12 @@
 //! Time and memory against the number of samples are in the project's PERFORMANCE.md.
 //!
 //! `samples::pattern` has the places, `samples::frame` the memory; `samples::raster` finds what is covered,
-//! of `samples::small` triangles by whole blocks, and `samples::shade` tests, shades and stores it;
-//! `samples::renderer` is what is drawn with.
+//! of `samples::small` triangles by whole blocks, and `samples::shade` tests and stores it, coloured by a
+//! `samples::shader`; `samples::renderer` is what is drawn with.
 
 pub(crate) mod pattern;
 pub(crate) mod frame;
+mod shader;
 mod shade;
 mod small;
 mod raster;
