@@ -16,9 +16,10 @@ use polyscan::texture::MipFilter;
 use polyscan::{Framebuffer, Viewport};
 use serde_json::json;
 
-use crate::draw::{Lines, Renderers, Scene, Seen, Shot, Style, Vertices, encode, size_error};
+use crate::draw::{Lines, Renderers, Scene, Seen, Shot, Style, Vertices, size_error};
 use crate::options::{Options, check_output};
 use crate::output::{Picture, Pixels, is_stdout, write};
+use crate::pixels::encode;
 use crate::view::{View, sphere_of, turns};
 
 /// The endings of names that are models, in folders.

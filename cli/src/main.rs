@@ -20,6 +20,7 @@ mod options;
 mod view;
 mod edges;
 mod looks;
+mod pixels;
 mod draw;
 mod output;
 mod job;

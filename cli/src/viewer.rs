@@ -20,9 +20,10 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, OwnedDisplayHan
 use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
-use crate::draw::{Renderers, Scene, Shot, Style, Vertices, encode_to};
+use crate::draw::{Renderers, Scene, Shot, Style, Vertices};
 use crate::options::ViewOptions;
 use crate::output::{Picture, Pixels, write};
+use crate::pixels::{encode, encode_to};
 use crate::view::{View, sphere_of};
 
 mod state;
@@ -180,7 +181,7 @@ impl<'m> Viewer<'m> {
     fn save(&mut self) -> Result<(), String> {
         let mut bytes = Vec::new();
         self.draw(|pixels| {
-            crate::draw::encode(pixels, &mut bytes);
+            encode(pixels, &mut bytes);
             Ok(())
         })?;
         let (width, height) = self.size;
