@@ -27,15 +27,21 @@ struct Axis {
 }
 
 impl Axis {
-    /// Those of coordinates that are wrapped.
+    /// Those of coordinates, which may be wrapped already, where there is no border.
     #[inline(always)]
-    fn around(wrapped: &Lanes, sizes: &Lanes, wrap: Wrap) -> Self {
+    fn around<const WRAPPED: bool>(coordinates: &Lanes, sizes: &Lanes, wrap: Wrap) -> Self {
+        let of_lane = |i: usize, wrap| {
+            if WRAPPED {
+                Neighbours::around_wrapped(coordinates[i], sizes[i], wrap)
+            } else {
+                Neighbours::around(coordinates[i], sizes[i], wrap)
+            }
+        };
         // A loop for each, whose body has no branch.
         match wrap {
-            Wrap::Repeat => {
-                Self::each(|i| Neighbours::around_wrapped(wrapped[i], sizes[i], Wrap::Repeat))
-            }
-            _ => Self::each(|i| Neighbours::around_wrapped(wrapped[i], sizes[i], Wrap::Clamp)),
+            Wrap::Repeat => Self::each(|i| of_lane(i, Wrap::Repeat)),
+            Wrap::Mirror if !WRAPPED => Self::each(|i| of_lane(i, Wrap::Mirror)),
+            _ => Self::each(|i| of_lane(i, Wrap::Clamp)),
         }
     }
 
@@ -118,9 +124,13 @@ struct Surrounding {
 }
 
 impl Surrounding {
-    /// Those of coordinates that are wrapped, in a picture without a border.
+    /// Those of coordinates, which may be wrapped already, in a picture without a border.
     #[inline(always)]
-    fn of([u, v]: &[Lanes; 2], levels: &Levels, around: &Surroundings) -> Self {
+    fn of<const WRAPPED: bool>(
+        [u, v]: &[Lanes; 2],
+        levels: &Levels,
+        around: &Surroundings,
+    ) -> Self {
         let float = |sizes: &[u32; LANES]| {
             let mut floats = [0.0; LANES];
             for (float, size) in floats.iter_mut().zip(sizes) {
@@ -129,8 +139,8 @@ impl Surrounding {
             }
             floats
         };
-        let x = Axis::around(u, &float(&levels.width), around.u);
-        let y = Axis::around(v, &float(&levels.height), around.v);
+        let x = Axis::around::<WRAPPED>(u, &float(&levels.width), around.u);
+        let y = Axis::around::<WRAPPED>(v, &float(&levels.height), around.v);
         let mut texels = [[0; LANES]; 4];
         let [upper_left, upper_right, lower_left, lower_right] = &mut texels;
         for lane in 0..LANES {
@@ -171,8 +181,7 @@ impl<F: Fetch> Chain<'_, F> {
             Filter::Nearest => self.nearest_block(uv, mask, colors),
             Filter::Bilinear if self.is_plain() => {
                 let levels = Levels::all(self.base.size);
-                let uv = wrapped_block(uv, &self.how.around);
-                self.bilinear_block(&uv, &levels, mask, colors);
+                self.bilinear_block::<false>(uv, &levels, mask, colors);
             }
             _ => for_lanes(mask, |lane| {
                 colors[lane] = self.magnified(vec2(uv[0][lane], uv[1][lane]));
@@ -227,11 +236,18 @@ impl<F: Fetch> Chain<'_, F> {
         (nearest_indices(u, size.width, around.u), nearest_indices(v, size.height, around.v))
     }
 
-    /// The bilinear means at points whose coordinates are wrapped, each on a level of its own.
+    /// The bilinear means at points, each on a level of its own, whose coordinates may be wrapped already.
     #[inline(always)]
-    fn bilinear_block(&self, uv: &[Lanes; 2], levels: &Levels, mask: u32, colors: &mut Colors) {
+    fn bilinear_block<const WRAPPED: bool>(
+        &self,
+        uv: &[Lanes; 2],
+        levels: &Levels,
+        mask: u32,
+        colors: &mut Colors,
+    ) {
         let around = &self.how.around;
-        let Surrounding { texels, fraction: [x, y] } = &Surrounding::of(uv, levels, around);
+        let Surrounding { texels, fraction: [x, y] } =
+            &Surrounding::of::<WRAPPED>(uv, levels, around);
         for_lanes(
             mask,
             #[inline(always)]
@@ -267,7 +283,7 @@ impl<F: Fetch> Chain<'_, F> {
                     *number += step;
                 }
                 let means = if step == 0 { &mut *colors } else { &mut coarser };
-                self.bilinear_block(&uv, &Levels::of(self.texels, &numbers), mask, means);
+                self.bilinear_block::<true>(&uv, &Levels::of(self.texels, &numbers), mask, means);
             }
         }
         for_lanes(between, |lane| {
