@@ -3,10 +3,13 @@
 use crate::common::generators::{Rng, number};
 use crate::common::{LONG_SEED, in_threads};
 use glam::{Vec4, vec4};
-use polyscan::render::{Cap, Join};
+use polyscan::render::{
+    AreaOrder, AreaRenderer, Cap, Join, MultisampleFramebuffer, MultisampleRenderer, Product,
+    Samples, Visibility, VisibilityRenderer,
+};
 use polyscan::{
     ClipPlane, ClipSpace, CoverageRule, Cull, DepthMode, DepthTest, FillRule, Framebuffer,
-    Interpolation, Lines, OutsidePolygon, Points, Rect, ScanConverter, Vertex, Viewport,
+    Interpolation, Lines, Mesh, OutsidePolygon, Points, Rect, ScanConverter, Vertex, Viewport,
     ZBufferRenderer,
 };
 
@@ -222,6 +225,88 @@ fn parameters_of_any_size_near_the_eye_stay_finite() {
     }
 }
 
+/// Faces of few vertices, of vertices that are not there, and of one vertex.
+fn odd_faces() -> [Vec<u32>; 5] {
+    [vec![], vec![0, 1], vec![0, 1, 2], vec![2, 1, 9_999_999], vec![3, 3, 3, 3]]
+}
+
+fn small_size(rng: &mut Rng) -> (u32, u32) {
+    (rng.below(40) as u32, rng.below(30) as u32)
+}
+
+fn any_samples(rng: &mut Rng) -> Samples {
+    [Samples::Four, Samples::Eight, Samples::Sixteen][rng.below(3)]
+}
+
+#[test]
+fn areas_take_anything_and_white_stays_white() {
+    let mut covered = 0;
+    for seed in 0..1000 {
+        let rng = &mut Rng::new(seed);
+        let (width, height) = small_size(rng);
+        let mut frame = Framebuffer::new(width, height, Vec4::ZERO).expect("a small frame");
+        let mut renderer = AreaRenderer::<2>::new(frame.viewport());
+        if rng.once_in(2) {
+            renderer.settings = scan(rng).settings;
+        }
+        renderer.order = [AreaOrder::BackToFront, AreaOrder::FrontToBack][rng.below(2)];
+        for _ in 0..4 {
+            let polygon = polygon(rng);
+            renderer.draw(&mut frame, &polygon, |_| Vec4::ONE);
+            renderer.draw_mesh(&mut frame, Mesh::new(&polygon, &odd_faces()), |_| Vec4::ONE);
+        }
+        // White that covers a part is a part of white.
+        for color in frame.color() {
+            let off = (*color - Vec4::splat(color.w)).abs().max_element();
+            assert!((0.0..1.000_01).contains(&color.w) && off < 1e-5, "seed {seed}: {color}");
+            covered += u32::from(color.w > 0.0);
+        }
+    }
+    assert!(covered > 10_000, "{covered}");
+}
+
+#[test]
+fn samples_and_visibility_take_anything() {
+    let (mut drawn, mut seen) = (0, 0);
+    for seed in 0..1000 {
+        let rng = &mut Rng::new(seed);
+        let ((width, height), samples) = (small_size(rng), any_samples(rng));
+        let mut frame =
+            MultisampleFramebuffer::new(width, height, samples, 7u8).expect("a small frame");
+        let mut renderer = MultisampleRenderer::<2>::new(frame.viewport());
+        let mut visibility = VisibilityRenderer::new(frame.viewport());
+        if rng.once_in(2) {
+            renderer.settings = scan(rng).settings;
+        }
+        let products = [Product::W, Product::Barycentrics, Product::Corners, Product::Derivatives];
+        let mut found =
+            Visibility::with_samples(width, height, samples, &products).expect("a small buffer");
+        for _ in 0..4 {
+            let polygon = polygon(rng);
+            let mesh = Mesh::new(&polygon, odd_faces());
+            renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
+            renderer.draw(&mut frame, mesh.clone(), |_| 2);
+            visibility.draw(&mut found, mesh);
+            let shown = found.face.iter().zip(&found.barycentrics);
+            for (_, weights) in shown.filter(|(face, _)| **face != Visibility::NO_FACE) {
+                let sum: f32 = weights.iter().sum();
+                assert!(weights.iter().all(|weight| *weight >= 0.0), "seed {seed}: {weights:?}");
+                assert!((sum - 1.0).abs() < 1e-5, "seed {seed}: {weights:?}");
+                seen += 1;
+            }
+        }
+        for pixel in 0..width * height {
+            for sample in 0..samples.count() {
+                let color = frame.sample(pixel % width, pixel / width, sample);
+                let color = color.expect("a sample of the frame").0;
+                assert!([1, 2, 7].contains(&color), "seed {seed}: {color}");
+                drawn += u32::from(color != 7);
+            }
+        }
+    }
+    assert!(drawn > 10_000 && seen > 10_000, "{drawn} {seen}");
+}
+
 #[test]
 fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
     for seed in 0..2000 {
@@ -242,8 +327,8 @@ fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
             renderer.draw_depth(&mut frame, &polygon);
             renderer.draw(&mut frame, &[&polygon[..], &polygon[polygon.len() / 2..]], |_| 1);
         }
-        let faces = [vec![], vec![0, 1], vec![0, 1, 2], vec![2, 1, 9_999_999], vec![3, 3, 3, 3]];
-        renderer.draw(&mut frame, polyscan::Mesh::new(&polygon(rng), &faces), |_| 2);
+        let faces = odd_faces();
+        renderer.draw(&mut frame, Mesh::new(&polygon(rng), &faces), |_| 2);
         renderer.settings.coverage_rule = [
             CoverageRule::Outer(OutsidePolygon::Clamp),
             CoverageRule::Outer(OutsidePolygon::Extrapolate),
@@ -253,7 +338,7 @@ fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
             let polygon = polygon(rng);
             renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
             renderer.draw(&mut frame, &[&polygon[..], &polygon[polygon.len() / 2..]], |_| 1);
-            renderer.draw(&mut frame, polyscan::Mesh::new(&polygon, &faces), |_| 2);
+            renderer.draw(&mut frame, Mesh::new(&polygon, &faces), |_| 2);
         }
         strokes(rng, &mut renderer, &mut frame, &faces);
         assert!(frame.color().iter().all(|c| [1, 2, 7].contains(c)));
@@ -283,7 +368,7 @@ fn strokes(
         renderer.draw(frame, thin.closed().with_width(width).with_join(join).with_cap(cap), color);
         renderer.draw(frame, Lines::outline(&vertices).with_width(2.0), color);
         renderer.draw(frame, Lines::new(&vertices, faces), color);
-        renderer.draw_depth(frame, Lines::edges_of(&polyscan::Mesh::new(&vertices, faces)));
+        renderer.draw_depth(frame, Lines::edges_of(&Mesh::new(&vertices, faces)));
         let points = Points::new(&vertices).with_size(width);
         renderer.draw(frame, points, |_| 2);
         renderer.draw(frame, points.round(), |_| 2);
