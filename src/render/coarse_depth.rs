@@ -17,7 +17,7 @@
 
 use std::ops::Range;
 
-use crate::fragment::LANES;
+use crate::fragment::{LANES, Lanes};
 use crate::render::depth::Comparison;
 
 /// The width of a tile: a few blocks, since looking up a tile takes about as long as testing one.
@@ -34,7 +34,7 @@ const MISSES: u32 = 64;
 const PROBE: u32 = 16;
 
 /// A polygon that touches more tiles than this is looked at span by span.
-const FEW_TILES: usize = 4;
+pub(crate) const FEW_TILES: usize = 4;
 
 /// The coarse depths of a band of rows, and the memory for them.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +47,30 @@ pub(crate) struct CoarseDepth {
     order: Order,
     /// How many polygons were asked for since one was hidden.
     misses: u32,
+}
+
+/// Tiles in neighbouring columns of which nothing is seen in some rows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct HiddenTiles {
+    /// The column of the first.
+    first: usize,
+    /// A bit for each from there on, as far as they are known.
+    bits: u64,
+}
+
+impl HiddenTiles {
+    /// The first column of tiles, from one on, that is not known to be hidden.
+    #[inline(always)]
+    fn end_from(self, tile: usize) -> usize {
+        let from = self.bits.checked_shr(tile.wrapping_sub(self.first) as u32).unwrap_or(0);
+        tile + from.trailing_ones() as usize
+    }
+
+    /// Whether columns are known to be hidden, all of them.
+    #[inline(always)]
+    pub(crate) fn cover(self, columns: &Range<usize>) -> bool {
+        self.end_from(columns.start / TILE_WIDTH) * TILE_WIDTH >= columns.end
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -126,14 +150,41 @@ impl CoarseDepth {
         false
     }
 
+    /// The tiles in some columns of which nothing is seen in any of some rows of the band. `depths` gives the
+    /// least and the most depths at columns, of all the rows; in each row they must grow or fall.
+    #[inline(always)]
+    pub(crate) fn hidden_tiles(
+        &mut self,
+        pixels: &[f32],
+        columns: &Range<usize>,
+        rows: &Range<usize>,
+        depths: impl Fn([usize; LANES]) -> (Lanes, Lanes),
+    ) -> HiddenTiles {
+        let mut hidden = HiddenTiles { first: columns.start / TILE_WIDTH, bits: 0 };
+        let down = rows.start / TILE_HEIGHT..rows.end.div_ceil(TILE_HEIGHT);
+        let end = columns.end.div_ceil(TILE_WIDTH).min(hidden.first + u64::BITS as usize);
+        // Tiles between sides that are found at once.
+        for start in (hidden.first..end).step_by(LANES - 1) {
+            let sides = std::array::from_fn(|i| (start + i) * TILE_WIDTH);
+            let (least, most) = depths(sides);
+            for i in 0..(end - start).min(LANES - 1) {
+                let depths = || (least[i].min(least[i + 1]), most[i].max(most[i + 1]));
+                let is_hidden = down.clone().all(|y| self.hides(pixels, start + i, y, depths));
+                hidden.bits |= u64::from(is_hidden) << (start + i - hidden.first);
+            }
+        }
+        hidden
+    }
+
     /// The next of the columns `x` of a row of the band that are not hidden, as far as they follow
     /// one another; they are taken to be drawn. `depth` gives the depth at a column; it must grow or
-    /// fall along the row.
+    /// fall along the row. Nothing is seen in the tiles that are `hidden`.
     pub(crate) fn next_visible(
         &mut self,
         pixels: &[f32],
         row: usize,
         mut x: Range<usize>,
+        hidden: HiddenTiles,
         depth: impl Fn(usize) -> f32,
     ) -> Range<usize> {
         let y = row / TILE_HEIGHT;
@@ -141,6 +192,14 @@ impl CoarseDepth {
         while x.start < x.end {
             let tile = x.start / TILE_WIDTH;
             let end = x.end.min((tile + 1) * TILE_WIDTH);
+            let after = hidden.end_from(tile);
+            if after > tile {
+                if start.is_some() {
+                    break;
+                }
+                x.start = x.end.min(after * TILE_WIDTH);
+                continue;
+            }
             let depths = || {
                 let (a, b) = (depth(x.start), depth(end - 1));
                 (a.min(b), a.max(b))

@@ -178,6 +178,51 @@ fn draw_by_threads(kind: Kind) {
     }
 }
 
+/// Large faces all over a wide view, each on a plane of its own, so that most cross: what a mesh leaves out
+/// since something nearer is known to be there is nowhere seen.
+#[test]
+fn wide_layers_that_cross_hide_each_other_as_when_they_are_drawn_one_by_one() {
+    let rng = &mut Rng::new(64);
+    for (width, height) in [(900, 70), (4500, 64), (270, 33)] {
+        let viewport = Viewport::new(width, height).expect("small");
+        for depth_test in [DepthTest::Nearer, DepthTest::NearerOrEqual] {
+            let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+            for number in 0..400 {
+                // Later ones lie farther, but for some.
+                let middle = 0.2 * rng.range(0.0, 1.0) + f64::from(number) / 600.0;
+                let slopes = [0; 2].map(|_| rng.octaves(0.001, 0.3) * rng.range(-1.0, 1.0));
+                let corners = 3 + rng.below(3);
+                let start = rng.range(0.0, 6.3);
+                let (height, moved) = (rng.octaves(0.1, 2.0), rng.range(-0.8, 0.8));
+                let first = vertices.len() as u32;
+                for corner in 0..corners {
+                    let turn = start + std::f64::consts::TAU / corners as f64 * corner as f64;
+                    let [x, y] = [1.6 * turn.cos(), height * turn.sin() + moved];
+                    let z = (middle + slopes[0] * x + slopes[1] * y).clamp(0.0, 1.0);
+                    let w = rng.range(1.0, 1.5);
+                    let position = vec4((x * w) as f32, (y * w) as f32, (z * w) as f32, w as f32);
+                    vertices.push(Vertex::new(position, [x as f32, y as f32]));
+                }
+                faces.push((first..first + corners as u32).collect::<Vec<u32>>());
+            }
+            let new = || {
+                let frame = Framebuffer::new(width, height, NOTHING).expect("a small frame");
+                let mut renderer = ZBufferRenderer::new(viewport);
+                renderer.depth_test = depth_test;
+                (frame, renderer)
+            };
+            let (mut expected, mut renderer) = new();
+            for (number, face) in (0..).zip(&faces) {
+                let polygon: Vec<_> = face.iter().map(|&i| vertices[i as usize]).collect();
+                renderer.draw(&mut expected, &polygon, |f| told(number, f));
+            }
+            let (mut found, mut renderer) = new();
+            renderer.draw(&mut found, polyscan::Mesh::new(&vertices, &faces), |f| told(f.face, f));
+            check(&found, &expected, &format!("{width} x {height}, {depth_test:?}"));
+        }
+    }
+}
+
 #[test]
 fn a_mesh_of_10_000_triangles_is_drawn_as_its_faces_one_by_one() {
     draw_by_threads(Kind::Triangles);

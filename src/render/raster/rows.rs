@@ -11,12 +11,12 @@ use crate::coverage::run::{ROWS, RunGroup};
 use crate::coverage::shape::Coverage;
 use crate::fragment::block::{ALL, HALF_BLOCK, LANES, SpanLine};
 use crate::render::band::Band;
-use crate::render::coarse_depth::TILE_WIDTH;
+use crate::render::coarse_depth::{FEW_TILES, HiddenTiles, TILE_WIDTH};
 use crate::render::counters::Counters;
 use crate::render::raster::plan::{ForAny, ForCommon, Plan, PlanFor};
 use crate::render::raster::test::{Parts, RowsRaster};
 use crate::render::shader::{PartBlock, ShadeBlocks, ShortRuns};
-use crate::surface::rows::{RowValues, SurfaceView};
+use crate::surface::rows::{RowValues, SurfaceView, VisibleColumns};
 
 /// The memory for drawing polygons.
 #[derive(Clone, Debug, Default)]
@@ -120,32 +120,89 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             let runs = ShortRuns { columns: self.columns, first, row_len: self.band.width };
             self.draw_short_runs::<P>(&runs, short);
         }
+        if long == 0 {
+            return;
+        }
+        let hidden = self.hidden_tiles();
         while long != 0 {
             let row = long.trailing_zeros() as usize * 2;
             long &= long - 1;
-            self.draw_long_row::<P>(row);
-            self.draw_long_row::<P>(row + 1);
+            self.draw_long_row::<P>(row, hidden);
+            self.draw_long_row::<P>(row + 1, hidden);
         }
+    }
+
+    /// The tiles of the coarse depth of which nothing is seen in any of the rows; none where no run is so
+    /// long that it pays to know them.
+    #[inline(always)]
+    fn hidden_tiles(&mut self) -> HiddenTiles {
+        let widest = self.columns.width.iter().fold(0, |widest, width| widest.max(*width));
+        if widest as usize > FEW_TILES * TILE_WIDTH && self.band.coarse.is_some() {
+            self.find_hidden_tiles()
+        } else {
+            HiddenTiles::default()
+        }
+    }
+
+    #[inline(never)]
+    fn find_hidden_tiles(&mut self) -> HiddenTiles {
+        let simd = self.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let VisibleColumns { start, width, steps } = *self.columns;
+                let (corner_x, corner_y) = self.surface.base.corner;
+                let first = start.map(|start| self.band.column(corner_x + start) as i32);
+                let row = (corner_y + self.runs.y - self.band.first) as usize;
+                let (mut columns, mut rows) = (usize::MAX..0, usize::MAX..0);
+                for i in (0..ROWS).filter(|i| width[*i] > 0) {
+                    let end = (first[i] + width[i]) as usize;
+                    columns = columns.start.min(first[i] as usize)..columns.end.max(end);
+                    rows = rows.start.min(row + i)..row + i + 1;
+                }
+                let (z, (min, max)) = (self.values.z, self.surface.base.z_range);
+                let depths = |columns: [usize; LANES]| {
+                    let (mut least, mut most) = ([max; LANES], [min; LANES]);
+                    for row in (0..ROWS).filter(|row| width[*row] > 0) {
+                        let (delta, at) = (z.delta, z.at[row]);
+                        for (lane, column) in columns.iter().enumerate() {
+                            // The same bits as in a block.
+                            let steps = steps[row] + (*column as i32 - first[row]) as f32;
+                            let depth = steps * delta + at;
+                            least[lane] = if depth < least[lane] { depth } else { least[lane] };
+                            most[lane] = if depth > most[lane] { depth } else { most[lane] };
+                        }
+                    }
+                    // Kept within the range as in a block, which keeps their order.
+                    (least.map(|depth| depth.max(min)), most.map(|depth| depth.min(max)))
+                };
+                let Some(coarse) = &mut self.band.coarse else { return HiddenTiles::default() };
+                coarse.hidden_tiles(self.band.depth, &columns, &rows, depths)
+            },
+        )
     }
 
     /// Draws a long run, if it is very long without the columns that the coarse depth hides.
     #[inline(never)]
-    fn draw_long_row<P: PlanFor>(&mut self, row: usize) {
+    fn draw_long_row<P: PlanFor>(&mut self, row: usize, hidden: HiddenTiles) {
         let simd = self.simd;
         simd.vectorize(
             #[inline(always)]
-            || self.draw_visible_columns::<P>(row % ROWS),
+            || self.draw_visible_columns::<P>(row % ROWS, hidden),
         );
     }
 
     #[inline(always)]
-    fn draw_visible_columns<P: PlanFor>(&mut self, row: usize) {
+    fn draw_visible_columns<P: PlanFor>(&mut self, row: usize, hidden: HiddenTiles) {
         let width = self.columns.width[row] as usize;
         if width == 0 {
             return;
         }
         let (corner_x, corner_y) = self.surface.base.corner;
         let first = self.band.column(corner_x + self.columns.start[row]);
+        if hidden.cover(&(first..first + width)) {
+            return;
+        }
         let band_row = (corner_y + self.runs.y + row as i32 - self.band.first) as usize;
         let end = first + width;
         let mut visible = first..end;
@@ -166,7 +223,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
                 && let Some(coarse) = &mut self.band.coarse
             {
                 let rest = visible.start..end;
-                visible = coarse.next_visible(self.band.depth, band_row, rest, depth);
+                visible = coarse.next_visible(self.band.depth, band_row, rest, hidden, depth);
             }
             if !visible.is_empty() {
                 self.draw_columns::<P>(row, band_row * self.band.width, first, &visible);
