@@ -1,5 +1,7 @@
 //! Which SIMD instructions code is compiled for.
 
+use fearless_simd::Level;
+
 /// Runs code for the SIMD instructions of a level, as `fearless_simd::dispatch!` does, but for three levels
 /// of x86-64: what SSE4.2 adds to SSE2 gains nothing here, and each level is compiled once for every
 /// shader.
@@ -34,3 +36,15 @@ macro_rules! for_level {
 }
 
 pub(crate) use for_level;
+
+/// Whether a level has registers for masks, by which some lanes of a vector are stored as fast as all.
+#[inline(always)]
+pub(crate) fn has_mask_registers(level: Level) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return level.as_avx512().is_some();
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let _ = level;
+        false
+    }
+}
