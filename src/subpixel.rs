@@ -16,7 +16,7 @@
 
 use glam::DVec4;
 
-use crate::round::ROUND;
+use crate::round::{ROUND, integer};
 use crate::viewport::{Rect, Viewport};
 
 /// The number of subpixels in the width or height of a pixel.
@@ -76,14 +76,16 @@ fn subpixels(x: f64, w: f64, size: u32) -> i32 {
     // beyond 2^50, where f64 runs out of bits, may be found outside of it.
     const LIMIT: f64 = (SUBPIXELS * (1 << 17)) as f64;
     let scale = f64::from(size) * f64::from(SUBPIXELS / 2);
-    let centred = (x * scale / w).clamp(-LIMIT, LIMIT);
-    ((centred + ROUND) - ROUND + scale) as i32
+    // Comparisons that NaN fails, and an integer without a conversion, so that loops become SIMD.
+    let centred = x * scale / w;
+    let centred = if centred > -LIMIT { centred } else { -LIMIT };
+    let centred = if centred < LIMIT { centred } else { LIMIT };
+    integer(centred + ROUND).wrapping_add(scale as i32)
 }
 
 /// The first row whose centre line is at or below `y` subpixels; the same for columns.
 #[inline(always)]
 pub(crate) fn first_centre(y: i32) -> i32 {
-    // -(-(y - 128) / 256) rounded down, without leaving the i32 range.
-    let above = i64::from(y) - HALF_PIXEL;
-    (above + i64::from(SUBPIXELS) - 1).div_euclid(i64::from(SUBPIXELS)) as i32
+    // The row that `y` is in, or the next if `y` is below its centre.
+    y.div_euclid(SUBPIXELS) + i32::from(y.rem_euclid(SUBPIXELS) > HALF_PIXEL as i32)
 }

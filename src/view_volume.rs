@@ -208,16 +208,24 @@ impl<'a> ViewVolume<'a> {
         Self { planes, near, sides: guard_factors(viewport), has_frustum_planes_only }
     }
 
+    /// Whether a position is inside of all planes, as far as these are those of the view volume alone.
+    #[inline(always)]
+    pub(crate) fn holds(&self, position: DVec4) -> bool {
+        // The same signs as those of the planes' distances, without branches: loops become SIMD.
+        let [x, y, z, w] = position.to_array();
+        (w >= MIN_W)
+            & (w < f64::INFINITY)
+            & (z >= self.near * w)
+            & (z <= w)
+            & (x.abs() <= self.sides[0] * w)
+            & (y.abs() <= self.sides[1] * w)
+            & self.has_frustum_planes_only
+    }
+
     /// The outcode of a position; of one that is not finite, one that is not inside.
     #[inline(always)]
     pub(crate) fn outcode(&self, position: DVec4) -> Outcode {
-        // The same signs as those of the planes' distances.
-        let [x, y, z, w] = position.to_array();
-        let inside = (MIN_W..f64::INFINITY).contains(&w)
-            && (self.near * w..=w).contains(&z)
-            && x.abs() <= self.sides[0] * w
-            && y.abs() <= self.sides[1] * w;
-        if inside && self.has_frustum_planes_only {
+        if self.holds(position) {
             return Outcode::default();
         }
         if position.is_finite() { Outcode::new(position, self.planes) } else { Outcode(1) }

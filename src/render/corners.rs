@@ -1,7 +1,7 @@
 //! The vertices of a mesh on the screen, projected once each, whatever their faces are.
 
 use fearless_simd::Level;
-use glam::Vec4;
+use glam::{DVec4, Mat4, Vec4};
 
 use crate::render::parallel::for_each_part;
 use crate::settings::DrawCall;
@@ -76,14 +76,40 @@ fn project_some(
     let mut positions = [Vec4::ZERO; COPIED];
     let parts = points.chunks_mut(COPIED).zip(outcodes.chunks_mut(COPIED));
     for (part, (points, outcodes)) in parts.enumerate() {
-        let positions = &mut positions[..points.len()];
-        vertices.copy_positions(first + part * COPIED, positions);
-        for ((point, outcode), position) in points.iter_mut().zip(outcodes).zip(positions) {
-            let position = position.as_dvec4();
-            *point = SubpixelPoint::project(position, &call.viewport);
-            *outcode = volume.outcode(position);
+        vertices.copy_positions(first + part * COPIED, &mut positions[..points.len()]);
+        let axes = side_by_side(&positions);
+        let position = |i: usize| {
+            let [x, y, z, w] = [axes[0][i], axes[1][i], axes[2][i], axes[3][i]].map(f64::from);
+            DVec4::new(x, y, z, w)
+        };
+        // Plain loops without branches, which become SIMD.
+        let (mut projected, mut are_inside) = ([SubpixelPoint::default(); COPIED], [true; COPIED]);
+        for (i, point) in projected.iter_mut().enumerate() {
+            *point = SubpixelPoint::project(position(i), &call.viewport);
+        }
+        for (i, is_inside) in are_inside.iter_mut().enumerate() {
+            *is_inside = volume.holds(position(i));
+        }
+        points.copy_from_slice(&projected[..points.len()]);
+        outcodes.fill(Outcode::default());
+        for (i, outcode) in outcodes.iter_mut().enumerate().filter(|(i, _)| !are_inside[*i]) {
+            *outcode = volume.outcode(position(i));
             inside &= outcode.is_inside();
         }
     }
     inside
+}
+
+/// The coordinates of positions, axis by axis.
+#[inline(always)]
+fn side_by_side(positions: &[Vec4; COPIED]) -> [[f32; COPIED]; 4] {
+    let mut axes = [[0.0; COPIED]; 4];
+    for (first, four) in (0..).step_by(4).zip(positions.as_chunks().0) {
+        let &[a, b, c, d] = four;
+        let transposed = Mat4::from_cols(a, b, c, d).transpose();
+        for (axis, lanes) in axes.iter_mut().enumerate() {
+            lanes[first..first + 4].copy_from_slice(&transposed.col(axis).to_array());
+        }
+    }
+    axes
 }
