@@ -213,10 +213,8 @@ impl<'a> ViewVolume<'a> {
     pub(crate) fn holds(&self, position: DVec4) -> bool {
         // The same signs as those of the planes' distances, without branches: loops become SIMD.
         let [x, y, z, w] = position.to_array();
-        (w >= MIN_W)
-            & (w < f64::INFINITY)
-            & (z >= self.near * w)
-            & (z <= w)
+        (MIN_W..f64::INFINITY).contains(&w)
+            & (self.near * w..=w).contains(&z)
             & (x.abs() <= self.sides[0] * w)
             & (y.abs() <= self.sides[1] * w)
             & self.has_frustum_planes_only

@@ -154,11 +154,11 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
                 let (corner_x, corner_y) = self.surface.base.corner;
                 let first = start.map(|start| self.band.column(corner_x + start) as i32);
                 let row = (corner_y + self.runs.y - self.band.first) as usize;
-                let (mut columns, mut rows) = (usize::MAX..0, usize::MAX..0);
+                let (mut left, mut right, mut bottom) = (usize::MAX, 0, 0);
                 for i in (0..ROWS).filter(|i| width[*i] > 0) {
-                    let end = (first[i] + width[i]) as usize;
-                    columns = columns.start.min(first[i] as usize)..columns.end.max(end);
-                    rows = rows.start.min(row + i)..row + i + 1;
+                    left = left.min(first[i] as usize);
+                    right = right.max((first[i] + width[i]) as usize);
+                    bottom = row + i + 1;
                 }
                 let (z, (min, max)) = (self.values.z, self.surface.base.z_range);
                 let depths = |columns: [usize; LANES]| {
@@ -177,7 +177,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
                     (least.map(|depth| depth.max(min)), most.map(|depth| depth.min(max)))
                 };
                 let Some(coarse) = &mut self.band.coarse else { return HiddenTiles::default() };
-                coarse.hidden_tiles(self.band.depth, &columns, &rows, depths)
+                coarse.hidden_tiles(self.band.depth, &(left..right), &(row..bottom), depths)
             },
         )
     }
