@@ -48,15 +48,10 @@ pub(super) fn with_chain(
         let smaller = (half(size.0), half(size.1));
         let means = match &before {
             None => with_texels!(&texels, texels.base(), base => {
-                reduced(size, smaller, |y, weight, sum| {
-                    for (x, sum) in (0..).zip(sum) {
-                        *sum += base.get(x, y).unwrap_or_default() * weight;
-                    }
-                })?
+                reduced(size, smaller, |x, y| base.get(x, y).unwrap_or_default())?
             }),
-            Some(Means { texels, .. }) => reduced(size, smaller, |y, weight, sum| {
-                let row = texels[y as usize * size.0 as usize..].iter();
-                sum.iter_mut().zip(row).for_each(|(sum, texel)| *sum += *texel * weight);
+            Some(Means { texels, .. }) => reduced(size, smaller, |x, y| {
+                texels.get(y as usize * size.0 as usize + x as usize).copied().unwrap_or_default()
             })?,
         };
         let channels = texels.channels();
@@ -74,11 +69,11 @@ fn half(size: u32) -> u32 {
     (size / 2).max(1)
 }
 
-/// A picture of another size; `add` adds a row of the old one, times a weight, to a list.
+/// A picture of another size; `texel` gives those of the old one.
 fn reduced(
     old: (u32, u32),
     size: (u32, u32),
-    add: impl Fn(u32, f32, &mut [Vec4]) + Sync,
+    texel: impl Fn(u32, u32) -> Vec4 + Sync,
 ) -> Result<Means, TextureError> {
     let (width, height) = size;
     let mut texels = Vec::new();
@@ -87,11 +82,22 @@ fn reduced(
         .map_err(|_| TextureError::Memory { width, height, bytes_per_texel: 16 })?;
     texels.resize(width as usize * height as usize, Vec4::ZERO);
     let band = |number: usize, texels: &mut [Vec4]| {
+        let rows = ((number * BAND) as u32..).zip(texels.chunks_exact_mut(width as usize));
+        if old == (2 * width, 2 * height) {
+            for (y, row) in rows {
+                for (x, mean) in (0..).zip(row) {
+                    // Halves are exact, so these are the sums of the parts.
+                    let column = |x| (texel(x, 2 * y) + texel(x, 2 * y + 1)) * 0.5;
+                    *mean = (column(2 * x) + column(2 * x + 1)) * 0.5;
+                }
+            }
+            return;
+        }
         let mut sum = vec![Vec4::ZERO; old.0 as usize];
-        for (y, row) in (0..).zip(texels.chunks_exact_mut(width as usize)) {
+        for (y, row) in rows {
             sum.fill(Vec4::ZERO);
-            for (from, weight) in Parts::of((number * BAND) as u32 + y, old.1, height) {
-                add(from, weight, &mut sum);
+            for (from, weight) in Parts::of(y, old.1, height) {
+                (0..).zip(&mut sum).for_each(|(x, sum)| *sum += texel(x, from) * weight);
             }
             reduce_row(&sum, row);
         }
