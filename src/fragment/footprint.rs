@@ -53,15 +53,22 @@ impl FootprintBlock {
         Footprint { uv: of(&self.uv), dx: of(&self.dx), dy: of(&self.dy) }
     }
 
-    /// Replaces one of the footprints. Lanes beyond the last count as the last.
+    /// Replaces the texture coordinate of one of the footprints. Lanes beyond the last count as the last.
     #[inline(always)]
-    pub(crate) fn set(&mut self, lane: usize, footprint: &Footprint) {
-        let set = |[u, v]: &mut [Lanes; 2], value: Vec2| {
-            let lane = lane.min(u.len() - 1);
-            [u[lane], v[lane]] = value.to_array();
-        };
-        set(&mut self.uv, footprint.uv);
-        set(&mut self.dx, footprint.dx);
-        set(&mut self.dy, footprint.dy);
+    pub(crate) fn set_uv(&mut self, lane: usize, uv: Vec2) {
+        set(&mut self.uv, lane, uv);
     }
+
+    /// Replaces the changes per pixel of one of the footprints. Lanes beyond the last count as the last.
+    #[inline(always)]
+    pub(crate) fn set_sides(&mut self, lane: usize, footprint: &Footprint) {
+        set(&mut self.dx, lane, footprint.dx);
+        set(&mut self.dy, lane, footprint.dy);
+    }
+}
+
+#[inline(always)]
+fn set([u, v]: &mut [Lanes; 2], lane: usize, value: Vec2) {
+    let lane = lane.min(u.len() - 1);
+    [u[lane], v[lane]] = value.to_array();
 }

@@ -7,6 +7,7 @@ use crate::color::Color;
 use crate::fragment::{Footprint, FootprintBlock, LANES};
 use crate::render::Paint;
 use crate::texture::build::Texture;
+use crate::texture::level::MipFilter;
 
 /// A pixel painted by a texture, as [`Texture::paint`] returns it to a shader that returns it to the renderer,
 /// which looks the colours up sixteen at a time. They are those of
@@ -63,11 +64,19 @@ fn by_texture<'t>(
     f: &mut dyn FnMut(&'t Texture, &FootprintBlock, u32),
 ) -> u32 {
     let mut of = FootprintBlock::default();
-    let mut painted = 0;
+    let (mut painted, mut has_sides) = (0, false);
     for (lane, paint) in paints.iter().enumerate() {
-        if let Some(TexturePaint { footprint, .. }) = paint {
-            of.set(lane, footprint);
+        if let Some(TexturePaint { texture, footprint }) = paint {
+            of.set_uv(lane, footprint.uv);
             painted |= 1 << lane;
+            has_sides |= texture.mip_filter() != MipFilter::Off;
+        }
+    }
+    if has_sides {
+        for (lane, paint) in paints.iter().enumerate() {
+            if let Some(TexturePaint { footprint, .. }) = paint {
+                of.set_sides(lane, footprint);
+            }
         }
     }
     let mut left: u32 = painted;
