@@ -76,6 +76,7 @@ impl<const N: usize> Fragment<'_, N> {
     /// along the edges and across the row: s_x and q_x are then their changes along the row, exactly,
     /// and s_y and q_y their changes to the next row at the same x, as long as that row is between the
     /// same two edges.
+    #[inline(always)]
     #[must_use]
     pub fn derivative(&self, i: usize) -> [f32; 2] {
         let Origin { surface, runs, row } = self.origin;
@@ -98,6 +99,7 @@ impl<const N: usize> Fragment<'_, N> {
 
     /// The texture coordinate (r_u, r_v) with its derivatives, of parameters `u` and `v`: what a texture
     /// has to know to filter.
+    #[inline(always)]
     #[must_use]
     pub fn footprint(&self, u: usize, v: usize) -> Footprint {
         let param = |i: usize| self.params.get(i).copied().unwrap_or(0.0);

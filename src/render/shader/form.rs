@@ -113,10 +113,11 @@ where
     #[inline(always)]
     fn whole(&mut self, block: &mut FragmentBlock<'_, N>, colors: &mut [C; LANES]) -> u32 {
         if R::IN_BLOCKS {
-            let paints = std::array::from_fn(
-                #[inline(always)]
-                |lane| Some(self.0.call(&block.fragment(lane))),
-            );
+            // A plain loop: sixteen calls beside one another the compiler would not inline.
+            let mut paints = [const { None }; LANES];
+            for (lane, paint) in paints.iter_mut().enumerate() {
+                *paint = Some(self.0.call(&block.fragment(lane)));
+            }
             return R::paint_block(paints, colors);
         }
         let mut drawn = ALL;
@@ -137,10 +138,12 @@ where
     ) -> u32 {
         let (mut drawn, mut left) = (block.visible, block.visible);
         if R::IN_BLOCKS {
-            let paints = std::array::from_fn(
-                #[inline(always)]
-                |lane| (left >> lane & 1 != 0).then(|| self.0.call(&block.fragment(lane))),
-            );
+            let mut paints = [const { None }; LANES];
+            for (lane, paint) in paints.iter_mut().enumerate() {
+                if left >> lane & 1 != 0 {
+                    *paint = Some(self.0.call(&block.fragment(lane)));
+                }
+            }
             let [lower, upper] = colors;
             let mut pixels = std::array::from_fn(
                 #[inline(always)]
