@@ -113,6 +113,15 @@ fn calls() -> Result<(), Box<dyn Error>> {
         (0..2).for_each(|_| quads.iter().for_each(|q| renderer.draw_blocks(&mut frame, q, shade)));
     });
     report("the same, draw_blocks", blocks, u32::from(CALLS) * 2);
+    let triangles = times(9, || {
+        frame.clear(0, 1.0);
+        for _ in 0..2 {
+            for quad in &quads {
+                renderer.draw_blocks(&mut frame, Mesh::new(quad, [[0, 1, 2], [0, 2, 3]]), shade);
+            }
+        }
+    });
+    report("the same as a mesh of two triangles", triangles, u32::from(CALLS) * 2);
     let corners: Vec<Vertex<2>> = quads.concat();
     let faces: Vec<[u32; 4]> =
         (0..u32::from(CALLS)).map(|i| [0, 1, 2, 3].map(|k| 4 * i + k)).collect();

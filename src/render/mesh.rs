@@ -28,7 +28,7 @@ use crate::render::coarse_depth::CoarseDepth;
 use crate::render::corners::ProjectedVertices;
 use crate::render::faces::FaceList;
 use crate::render::mesh::bins::{BAND, Bin, Binned, Chunk, FaceKind, MeshCall};
-use crate::render::parallel::{Shading, first, for_each, for_each_band};
+use crate::render::parallel::{Bands, Shading, first, for_each, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::shader::ShadeBlocks;
@@ -46,6 +46,11 @@ const CHUNK: usize = if cfg!(test) { 16 } else { 4096 };
 /// A band with at least one face for this many pixels will touch nearly all of them, in the columns
 /// where it has faces, so reading them in order first pays.
 const PREFETCH_DENSITY: usize = 32;
+
+/// As many faces, on bands with as many pixels in the columns that they extend over, are drawn in about the
+/// time that it takes to wake another thread.
+const FEW_FACES: usize = if cfg!(test) { 2 } else { 256 };
+const FEW_PIXELS: usize = 1 << 14;
 
 /// How many faces ahead the corners of triangles are asked for.
 const AHEAD: usize = 2 * BATCH;
@@ -177,8 +182,9 @@ impl<M: Default + Send> MeshMemory<M> {
         });
         let chunks = &*chunks;
         let workers = first(workers, bands);
+        let bands = touched_bands(chunks, bands);
         let has_coarse = has_coarse(raster);
-        for_each_band(frame, BAND as usize, workers, shading, &|i, band, worker, shader| {
+        for_each_band(frame, bands, workers, shading, &|i, band, worker, shader| {
             let mut coarse = std::mem::take(&mut worker.coarse);
             let mut is_coarse = false;
             if has_coarse {
@@ -197,6 +203,31 @@ impl<M: Default + Send> MeshMemory<M> {
     }
 }
 
+/// The bands that faces touch.
+fn touched_bands(chunks: &[Chunk], count: usize) -> Bands {
+    let (mut numbers, mut faces, mut pixels) = (count..0, 0, 0);
+    for number in 0..count {
+        let (in_band, columns) = extent(chunks.iter().map(|chunk| &chunk.bins[number]));
+        if in_band > 0 {
+            numbers = numbers.start.min(number)..number + 1;
+            faces += in_band;
+            pixels += columns.len() * BAND as usize;
+        }
+    }
+    let are_shared = faces > FEW_FACES || pixels > FEW_PIXELS;
+    Bands { height: BAND as usize, numbers, are_shared }
+}
+
+/// The number of faces in a band, and the columns that they extend over.
+fn extent<'b>(bins: impl Iterator<Item = &'b Bin>) -> (usize, Range<i32>) {
+    let (mut faces, mut left, mut right) = (0, i32::MAX, i32::MIN);
+    for bin in bins {
+        faces += bin.faces.len();
+        (left, right) = (left.min(bin.columns.0), right.max(bin.columns.1));
+    }
+    (faces, left..right)
+}
+
 /// The columns of a band that its faces extend over, if these are so many that reading all pixels
 /// there pays.
 fn crowded_columns<'b>(
@@ -204,16 +235,12 @@ fn crowded_columns<'b>(
     bins: impl Iterator<Item = &'b Bin>,
     band: &Band<'_>,
 ) -> Range<usize> {
-    let (mut faces, mut left, mut right) = (0, i32::MAX, i32::MIN);
-    for bin in bins {
-        faces += bin.faces.len();
-        (left, right) = (left.min(bin.columns.0), right.max(bin.columns.1));
-    }
+    let (faces, columns) = extent(bins);
     let rows = band.rows().len();
-    if left >= right || faces.saturating_mul(PREFETCH_DENSITY) < (left..right).len() * rows {
+    if columns.is_empty() || faces.saturating_mul(PREFETCH_DENSITY) < columns.len() * rows {
         return 0..0;
     }
-    call.window.column_on_frame(left)..call.window.column_on_frame(right)
+    call.window.column_on_frame(columns.start)..call.window.column_on_frame(columns.end)
 }
 
 /// A band of a mesh being drawn.

@@ -55,7 +55,7 @@ use crate::render::front::{Counting, DrawFaces, FrontMemory, Parts, Renderer, dr
 use crate::render::geometry::{Batch, Order};
 use crate::render::mesh::bins::{BAND, bands_of};
 use crate::render::painter::cut_line::CutLine;
-use crate::render::parallel::{Shading, first, for_each_band};
+use crate::render::parallel::{Bands, Shading, first, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::shader::ShadeBlocks;
@@ -215,7 +215,8 @@ impl DrawFaces for Drawer {
         let bands = band.rows().len().div_ceil(BAND as usize);
         let workers = first(workers, bands);
         let (bins, batch) = (&*bins, (batch.vertices, batch.faces));
-        for_each_band(band, BAND as usize, workers, shading, &|i, band, worker, shader| {
+        let bands = Bands::of(band, BAND as usize);
+        for_each_band(band, bands, workers, shading, &|i, band, worker, shader| {
             let rows = call.window.rows_within(&band.rows());
             let mut drawing = BandDrawing { call, plan, batch, tree, worker, band, shader };
             for_level!(level, simd => for piece in &bins[i] {

@@ -1,5 +1,7 @@
 //! Work on all processors: by `rayon`, or on one thread without the feature `parallel`.
 
+use std::ops::Range;
+
 use crate::render::band::Band;
 use crate::render::shader::{ShadeBlocks, ShadeOnThreads};
 
@@ -68,12 +70,13 @@ pub(crate) fn threads() -> usize {
 /// Does both, on two threads if there are two. It is compiled once, whatever is done.
 fn both(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
     #[cfg(feature = "parallel")]
-    rayon::join(a, b);
-    #[cfg(not(feature = "parallel"))]
-    {
-        a();
-        b();
+    if threads() > 1 {
+        rayon::join(a, b);
+        return;
     }
+    // A pool's only thread does nothing sooner than this one, in whose caches the pixels may be.
+    a();
+    b();
 }
 
 /// Does both: `deliver` on this thread, and `draw` where there is time for it.
@@ -119,25 +122,49 @@ impl Shading<'_> {
 pub(crate) type DrawBand<'a, W> =
     dyn Fn(usize, &mut Band<'_>, &mut W, &mut dyn ShadeBlocks) + Sync + 'a;
 
-/// Cuts a band into bands of `height` rows, the last with those that are left, and draws each with a
-/// worker of its own. There must be enough of these.
+/// Bands of as many rows each, but for the last.
+#[derive(Clone, Debug)]
+pub(crate) struct Bands {
+    /// The rows of each.
+    pub(crate) height: usize,
+    /// The numbers of those to draw.
+    pub(crate) numbers: Range<usize>,
+    /// Whether they are so much work that handing it to threads pays.
+    pub(crate) are_shared: bool,
+}
+
+impl Bands {
+    /// All of a target.
+    pub(crate) fn of(target: &Band<'_>, height: usize) -> Self {
+        let numbers = 0..target.rows().len().div_ceil(height);
+        Self { height, numbers, are_shared: true }
+    }
+}
+
+/// Cuts a band into bands, and draws each with a worker of its own. There must be enough of these.
 pub(crate) fn for_each_band<W: Send>(
     band: &mut Band<'_>,
-    height: usize,
+    bands: Bands,
     workers: &mut [W],
-    shading: Shading<'_>,
+    mut shading: Shading<'_>,
     draw: &DrawBand<'_, W>,
 ) {
-    match shading {
-        Shading::OnThreads(shader) => halve(0, band, height, workers, shader, draw),
-        Shading::OnOneThread(shader) => {
-            let count = band.rows().len().div_ceil(height);
-            for (number, worker) in workers.iter_mut().enumerate().take(count) {
-                let (_, mut rest) = band.split(number * height);
-                let rows = rest.rows().len().min(height);
-                draw(number, &mut rest.split(rows).0, worker, shader);
-            }
-        }
+    let Bands { height, numbers, are_shared } = bands;
+    let Some(workers) = workers.get_mut(numbers.clone()).filter(|workers| !workers.is_empty())
+    else {
+        return;
+    };
+    let (_, mut rest) = band.split(numbers.start * height);
+    let rows = rest.rows().len().min(numbers.len() * height);
+    let mut band = rest.split(rows).0;
+    if are_shared && let Shading::OnThreads(shader) = shading {
+        return halve(numbers.start, &mut band, height, workers, shader, draw);
+    }
+    let shader = shading.on_one_thread();
+    for (i, (number, worker)) in numbers.zip(workers).enumerate() {
+        let (_, mut rest) = band.split(i * height);
+        let rows = rest.rows().len().min(height);
+        draw(number, &mut rest.split(rows).0, worker, shader);
     }
 }
 

@@ -24,7 +24,7 @@ use crate::render::band::Band;
 use crate::render::faces::FaceList;
 use crate::render::geometry::Batch;
 use crate::render::mesh::bins::BAND;
-use crate::render::parallel::{Shading, first, for_each, for_each_band};
+use crate::render::parallel::{Bands, Shading, first, for_each, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::shader::ShadeBlocks;
@@ -149,7 +149,8 @@ impl Strokes {
         }
         let chunks = &chunks[..*used];
         let workers = first(workers, target.rows().len().div_ceil(BAND as usize));
-        for_each_band(target, BAND as usize, workers, shading, &|_, band, worker, shader| {
+        let bands = Bands::of(target, BAND as usize);
+        for_each_band(target, bands, workers, shading, &|_, band, worker, shader| {
             let rows = call.window.rows_within(&band.rows());
             let touches = |of: &Range<i32>| of.start < rows.end && rows.start < of.end;
             for_level!(level, simd => {

@@ -7,7 +7,7 @@ use fearless_simd::{Level, Simd};
 use crate::coverage::run::RunGroup;
 use crate::coverage::{EdgeTable, Run};
 use crate::render::band::Band;
-use crate::render::parallel::{Shading, first, for_each_band};
+use crate::render::parallel::{Bands, Shading, first, for_each_band};
 use crate::render::raster::plan::Plan;
 use crate::render::raster::{self, RasterMemory};
 use crate::render::scanline::active::{ActiveFace, ActiveFaces};
@@ -58,7 +58,8 @@ pub(crate) fn draw_rows(
     let height = rows_at_once(band.width as u32) as usize;
     let workers = first(&mut memory.workers, band.rows().len().div_ceil(height));
     let scene = Scene { call, plan, active: faces.active() };
-    for_each_band(band, height, workers, shading, &|_, band, worker, shader| {
+    let bands = Bands::of(band, height);
+    for_each_band(band, bands, workers, shading, &|_, band, worker, shader| {
         let rows = call.window.rows_within(&band.rows());
         scene.find_runs(worker, &rows);
         for_level!(level, simd => scene.draw(simd, worker, band, shader));
