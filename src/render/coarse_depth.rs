@@ -49,27 +49,30 @@ pub(crate) struct CoarseDepth {
     misses: u32,
 }
 
-/// Tiles in neighbouring columns of which nothing is seen in some rows.
-#[derive(Clone, Copy, Debug, Default)]
+/// Which tiles in neighbouring columns are hidden in some rows: nothing is seen of them there.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct HiddenTiles {
     /// The column of the first.
     first: usize,
-    /// A bit for each from there on, as far as they are known.
+    /// A bit for each that is hidden, from there on.
     bits: u64,
 }
 
 impl HiddenTiles {
-    /// The first column of tiles, from one on, that is not known to be hidden.
+    /// The next of the columns `x` that are not hidden, as far as they follow one another.
     #[inline(always)]
-    fn end_from(self, tile: usize) -> usize {
-        let from = self.bits.checked_shr(tile.wrapping_sub(self.first) as u32).unwrap_or(0);
-        tile + from.trailing_ones() as usize
+    pub(crate) fn next_visible(self, x: Range<usize>) -> Range<usize> {
+        let start = self.end_of(x.start / TILE_WIDTH, self.bits).max(x.start).min(x.end);
+        start..self.end_of(start / TILE_WIDTH, !self.bits).max(start).min(x.end)
     }
 
-    /// Whether columns are known to be hidden, all of them.
+    /// The first column of pixels of the next tile, from one on, that has no bit. The last of the bits says
+    /// the same of all tiles beyond.
     #[inline(always)]
-    pub(crate) fn cover(self, columns: &Range<usize>) -> bool {
-        self.end_from(columns.start / TILE_WIDTH) * TILE_WIDTH >= columns.end
+    fn end_of(self, tile: usize, bits: u64) -> usize {
+        let before = tile - self.first;
+        let count = ((bits as i64) >> before.min(63)).trailing_ones() as usize;
+        if before + count < u64::BITS as usize { (tile + count) * TILE_WIDTH } else { usize::MAX }
     }
 }
 
@@ -150,8 +153,9 @@ impl CoarseDepth {
         false
     }
 
-    /// The tiles in some columns of which nothing is seen in any of some rows of the band. `depths` gives the
-    /// least and the most depths at columns, of all the rows; in each row they must grow or fall.
+    /// Which tiles in some columns are hidden in all of some rows of the band; the others are taken to be drawn.
+    /// `depths` gives the least and the most depths at columns, of all the rows; in each row they must grow or
+    /// fall. `None` if there are more than are known at a time.
     #[inline(always)]
     pub(crate) fn hidden_tiles(
         &mut self,
@@ -159,32 +163,39 @@ impl CoarseDepth {
         columns: &Range<usize>,
         rows: &Range<usize>,
         depths: impl Fn([usize; LANES]) -> (Lanes, Lanes),
-    ) -> HiddenTiles {
-        let mut hidden = HiddenTiles { first: columns.start / TILE_WIDTH, bits: 0 };
+    ) -> Option<HiddenTiles> {
+        let tiles = columns.start / TILE_WIDTH..columns.end.div_ceil(TILE_WIDTH);
+        // The last bit is that of tiles beyond, of which there are none.
+        if tiles.len() >= u64::BITS as usize {
+            return None;
+        }
+        let mut bits = 0;
         let down = rows.start / TILE_HEIGHT..rows.end.div_ceil(TILE_HEIGHT);
-        let end = columns.end.div_ceil(TILE_WIDTH).min(hidden.first + u64::BITS as usize);
+        let work = (rows.len() * TILE_WIDTH / down.len().max(1)) as u32;
         // Tiles between sides that are found at once.
-        for start in (hidden.first..end).step_by(LANES - 1) {
+        for start in tiles.clone().step_by(LANES - 1) {
             let sides = std::array::from_fn(|i| (start + i) * TILE_WIDTH);
             let (least, most) = depths(sides);
-            for i in 0..(end - start).min(LANES - 1) {
+            for i in 0..(tiles.end - start).min(LANES - 1) {
                 let depths = || (least[i].min(least[i + 1]), most[i].max(most[i + 1]));
-                let is_hidden = down.clone().all(|y| self.hides(pixels, start + i, y, depths));
-                hidden.bits |= u64::from(is_hidden) << (start + i - hidden.first);
+                if down.clone().all(|y| self.hides(pixels, start + i, y, depths)) {
+                    bits |= 1 << (start + i - tiles.start);
+                } else {
+                    down.clone().for_each(|y| self.add_work(start + i, y, work));
+                }
             }
         }
-        hidden
+        Some(HiddenTiles { first: tiles.start, bits })
     }
 
     /// The next of the columns `x` of a row of the band that are not hidden, as far as they follow
     /// one another; they are taken to be drawn. `depth` gives the depth at a column; it must grow or
-    /// fall along the row. Nothing is seen in the tiles that are `hidden`.
+    /// fall along the row.
     pub(crate) fn next_visible(
         &mut self,
         pixels: &[f32],
         row: usize,
         mut x: Range<usize>,
-        hidden: HiddenTiles,
         depth: impl Fn(usize) -> f32,
     ) -> Range<usize> {
         let y = row / TILE_HEIGHT;
@@ -192,14 +203,6 @@ impl CoarseDepth {
         while x.start < x.end {
             let tile = x.start / TILE_WIDTH;
             let end = x.end.min((tile + 1) * TILE_WIDTH);
-            let after = hidden.end_from(tile);
-            if after > tile {
-                if start.is_some() {
-                    break;
-                }
-                x.start = x.end.min(after * TILE_WIDTH);
-                continue;
-            }
             let depths = || {
                 let (a, b) = (depth(x.start), depth(end - 1));
                 (a.min(b), a.max(b))

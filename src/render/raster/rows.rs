@@ -123,7 +123,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         if long == 0 {
             return;
         }
-        let hidden = self.hidden_tiles();
+        let hidden = self.hidden_tiles::<P>();
         while long != 0 {
             let row = long.trailing_zeros() as usize * 2;
             long &= long - 1;
@@ -132,20 +132,30 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
         }
     }
 
-    /// The tiles of the coarse depth of which nothing is seen in any of the rows; none where no run is so
-    /// long that it pays to know them.
+    /// Which tiles of the coarse depth are hidden in all of the rows, if one of the runs is so long that it
+    /// pays to know.
     #[inline(always)]
-    fn hidden_tiles(&mut self) -> HiddenTiles {
+    fn hidden_tiles<P: PlanFor>(&mut self) -> Option<HiddenTiles> {
         let widest = self.columns.width.iter().fold(0, |widest, width| widest.max(*width));
-        if widest as usize > FEW_TILES * TILE_WIDTH && self.band.coarse.is_some() {
-            self.find_hidden_tiles()
-        } else {
-            HiddenTiles::default()
+        let is_wide = widest as usize > FEW_TILES * TILE_WIDTH;
+        if !is_wide || self.band.coarse.is_none() {
+            return None;
+        }
+        self.finish_for_bounds::<P>();
+        self.find_hidden_tiles()
+    }
+
+    /// Draws what is left before bounds are found from depths: no bound must be found from those that are
+    /// stored and that a shader may yet discard.
+    #[inline(always)]
+    fn finish_for_bounds<P: PlanFor>(&mut self) {
+        if P::of(self.plan) != Plan::COMMON {
+            self.finish_parts::<P>();
         }
     }
 
     #[inline(never)]
-    fn find_hidden_tiles(&mut self) -> HiddenTiles {
+    fn find_hidden_tiles(&mut self) -> Option<HiddenTiles> {
         let simd = self.simd;
         simd.vectorize(
             #[inline(always)]
@@ -176,7 +186,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
                     // Kept within the range as in a block, which keeps their order.
                     (least.map(|depth| depth.max(min)), most.map(|depth| depth.min(max)))
                 };
-                let Some(coarse) = &mut self.band.coarse else { return HiddenTiles::default() };
+                let coarse = self.band.coarse.as_mut()?;
                 coarse.hidden_tiles(self.band.depth, &(left..right), &(row..bottom), depths)
             },
         )
@@ -184,7 +194,7 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
 
     /// Draws a long run, if it is very long without the columns that the coarse depth hides.
     #[inline(never)]
-    fn draw_long_row<P: PlanFor>(&mut self, row: usize, hidden: HiddenTiles) {
+    fn draw_long_row<P: PlanFor>(&mut self, row: usize, hidden: Option<HiddenTiles>) {
         let simd = self.simd;
         simd.vectorize(
             #[inline(always)]
@@ -193,16 +203,13 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
     }
 
     #[inline(always)]
-    fn draw_visible_columns<P: PlanFor>(&mut self, row: usize, hidden: HiddenTiles) {
+    fn draw_visible_columns<P: PlanFor>(&mut self, row: usize, hidden: Option<HiddenTiles>) {
         let width = self.columns.width[row] as usize;
         if width == 0 {
             return;
         }
         let (corner_x, corner_y) = self.surface.base.corner;
         let first = self.band.column(corner_x + self.columns.start[row]);
-        if hidden.cover(&(first..first + width)) {
-            return;
-        }
         let band_row = (corner_y + self.runs.y + row as i32 - self.band.first) as usize;
         let end = first + width;
         let mut visible = first..end;
@@ -214,16 +221,15 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             let steps = steps + (column as i32 - first as i32) as f32;
             (steps * line.delta + line.at).max(min).min(max)
         };
-        if P::of(self.plan) != Plan::COMMON {
-            // Depths are stored that a shader may yet discard: no bound must be found from them.
-            self.finish_parts::<P>();
-        }
+        self.finish_for_bounds::<P>();
         loop {
-            if end - first > TILE_WIDTH
+            let rest = visible.start..end;
+            if let Some(hidden) = hidden {
+                visible = hidden.next_visible(rest);
+            } else if end - first > TILE_WIDTH
                 && let Some(coarse) = &mut self.band.coarse
             {
-                let rest = visible.start..end;
-                visible = coarse.next_visible(self.band.depth, band_row, rest, hidden, depth);
+                visible = coarse.next_visible(self.band.depth, band_row, rest, depth);
             }
             if !visible.is_empty() {
                 self.draw_columns::<P>(row, band_row * self.band.width, first, &visible);
