@@ -273,7 +273,6 @@ impl<S: Simd> RowsRaster<'_, '_, S> {
             if left <= LANES {
                 return;
             }
-            self.finish_parts::<P>();
             at = at.wrapping_add(LANES);
             steps += LANES as f32;
             let done = self.draw_whole::<P>(row, steps, at..end);
