@@ -141,7 +141,7 @@ impl<const N: usize> Baker<N> {
         renderer.depth_write = true;
         for rule in [CoverageRule::Centre, CoverageRule::Outer(OutsidePolygon::Clamp)] {
             renderer.settings.coverage_rule = rule;
-            renderer.draw(&mut texels, geometry.clone(), |fragment| Texel(shader(fragment)));
+            renderer.draw(&mut texels, geometry.clone(), texel(&shader));
         }
         dilate::dilate(&mut texels, *margin);
         Ok(Baked { texels, overlaps })
@@ -157,6 +157,13 @@ impl<C> Paint<C> for Texel<C> {
         *pixel = self.0;
         true
     }
+}
+
+/// A shader of texels. Its type is the same for any geometry, so that it is compiled once.
+fn texel<C, const N: usize>(
+    shader: &(impl Fn(&Fragment<'_, N>) -> C + Sync),
+) -> impl Fn(&Fragment<'_, N>) -> Texel<C> + Sync {
+    |fragment| Texel(shader(fragment))
 }
 
 /// The faces that cover a texel's centre: the first, and another.
@@ -179,6 +186,11 @@ impl Paint<Owners> for Owner {
     }
 }
 
+/// The shader of owners, for any geometry.
+fn owner<const N: usize>() -> impl Fn(&Fragment<'_, N>) -> Owner + Sync {
+    |fragment| Owner(fragment.face)
+}
+
 /// Which faces cover the same texels' centres.
 fn overlaps<const N: usize>(
     renderer: &mut ZBufferRenderer<N>,
@@ -189,7 +201,7 @@ fn overlaps<const N: usize>(
     renderer.settings.coverage_rule = CoverageRule::Centre;
     renderer.depth_test = DepthTest::Always;
     renderer.depth_write = false;
-    renderer.draw(&mut owners, geometry, |fragment| Owner(fragment.face));
+    renderer.draw(&mut owners, geometry, owner::<N>());
     let shared = owners.color().iter().filter(|owners| owners.0[1] != NONE);
     let mut pairs: Vec<_> = shared.map(|owners| owners.0).collect();
     pairs.sort_unstable();

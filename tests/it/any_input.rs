@@ -1,7 +1,7 @@
 //! Contract 3: any input is safe, and fragments keep to the range of their polygon.
 
 use crate::common::generators::{Rng, number};
-use crate::common::{LONG_SEED, in_threads};
+use crate::common::{LONG_SEED, dynamic, in_threads};
 use glam::{Vec4, vec4};
 use polyscan::render::{
     AreaOrder, AreaRenderer, Cap, Join, MultisampleFramebuffer, MultisampleRenderer, Product,
@@ -284,8 +284,8 @@ fn samples_and_visibility_take_anything() {
         for _ in 0..4 {
             let polygon = polygon(rng);
             let mesh = Mesh::new(&polygon, odd_faces());
-            renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
-            renderer.draw(&mut frame, mesh.clone(), |_| 2);
+            renderer.draw(&mut frame, &polygon, dynamic(|f| (f.params[0] < 0.5).then_some(1)));
+            renderer.draw(&mut frame, mesh.clone(), dynamic(|_| 2));
             visibility.draw(&mut found, mesh);
             let shown = found.face.iter().zip(&found.barycentrics);
             for (_, weights) in shown.filter(|(face, _)| **face != Visibility::NO_FACE) {
@@ -323,12 +323,16 @@ fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
             [DepthMode::Standard, DepthMode::Reversed, DepthMode::InverseW][rng.below(3)];
         for _ in 0..4 {
             let polygon = polygon(rng);
-            renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
+            renderer.draw(&mut frame, &polygon, dynamic(|f| (f.params[0] < 0.5).then_some(1)));
             renderer.draw_depth(&mut frame, &polygon);
-            renderer.draw(&mut frame, &[&polygon[..], &polygon[polygon.len() / 2..]], |_| 1);
+            renderer.draw(
+                &mut frame,
+                &[&polygon[..], &polygon[polygon.len() / 2..]],
+                dynamic(|_| 1),
+            );
         }
         let faces = odd_faces();
-        renderer.draw(&mut frame, Mesh::new(&polygon(rng), &faces), |_| 2);
+        renderer.draw(&mut frame, Mesh::new(&polygon(rng), &faces), dynamic(|_| 2));
         renderer.settings.coverage_rule = [
             CoverageRule::Outer(OutsidePolygon::Clamp),
             CoverageRule::Outer(OutsidePolygon::Extrapolate),
@@ -336,9 +340,13 @@ fn the_renderer_takes_anything_and_stays_on_the_framebuffer() {
         ][rng.below(3)];
         for _ in 0..2 {
             let polygon = polygon(rng);
-            renderer.draw(&mut frame, &polygon, |f| (f.params[0] < 0.5).then_some(1));
-            renderer.draw(&mut frame, &[&polygon[..], &polygon[polygon.len() / 2..]], |_| 1);
-            renderer.draw(&mut frame, Mesh::new(&polygon, &faces), |_| 2);
+            renderer.draw(&mut frame, &polygon, dynamic(|f| (f.params[0] < 0.5).then_some(1)));
+            renderer.draw(
+                &mut frame,
+                &[&polygon[..], &polygon[polygon.len() / 2..]],
+                dynamic(|_| 1),
+            );
+            renderer.draw(&mut frame, Mesh::new(&polygon, &faces), dynamic(|_| 2));
         }
         strokes(rng, &mut renderer, &mut frame, &faces);
         assert!(frame.color().iter().all(|c| [1, 2, 7].contains(c)));
@@ -364,14 +372,18 @@ fn strokes(
         let cap = [Cap::Butt, Cap::Square, Cap::Round][rng.below(3)];
         let color = |f: &polyscan::Fragment<'_, 2>| (f.params[0] < 0.5).then_some(1);
         let thin = Lines::polyline(&vertices);
-        renderer.draw(frame, thin, color);
-        renderer.draw(frame, thin.closed().with_width(width).with_join(join).with_cap(cap), color);
-        renderer.draw(frame, Lines::outline(&vertices).with_width(2.0), color);
-        renderer.draw(frame, Lines::new(&vertices, faces), color);
+        renderer.draw(frame, thin, dynamic(color));
+        renderer.draw(
+            frame,
+            thin.closed().with_width(width).with_join(join).with_cap(cap),
+            dynamic(color),
+        );
+        renderer.draw(frame, Lines::outline(&vertices).with_width(2.0), dynamic(color));
+        renderer.draw(frame, Lines::new(&vertices, faces), dynamic(color));
         renderer.draw_depth(frame, Lines::edges_of(&Mesh::new(&vertices, faces)));
         let points = Points::new(&vertices).with_size(width);
-        renderer.draw(frame, points, |_| 2);
-        renderer.draw(frame, points.round(), |_| 2);
+        renderer.draw(frame, points, dynamic(|_| 2));
+        renderer.draw(frame, points.round(), dynamic(|_| 2));
     }
 }
 

@@ -13,7 +13,7 @@ use polyscan::{Cull, FillRule, Framebuffer, Mesh, Vertex, Viewport};
 
 use crate::common::generators::{self, Cells, Rng};
 use crate::common::oracle::{self, Depth, Position, Snapped, Window};
-use crate::common::{at_pixels, bare, in_threads, tally, viewport};
+use crate::common::{at_pixels, bare, dynamic, in_threads, tally, viewport};
 
 const WINDOW: Window = Window { width: 37, height: 19 };
 const FULL: u32 = AreaTable::FULL;
@@ -118,12 +118,6 @@ tally! {
 fn any_contours(rng: &mut Rng) -> Vec<Vec<Snapped>> {
     let sides = 3 + rng.below(6);
     let polygon = match rng.below(8) {
-        0 => generators::star(rng, WINDOW, sides),
-        1 => generators::crossed_star(rng, WINDOW, 2 * sides + 1, 2),
-        2 => generators::tangle(rng, WINDOW, sides),
-        3 => generators::sliver(rng, WINDOW, 0.3, 10.0),
-        4 => generators::on_pixel_centres(rng, WINDOW, sides),
-        5 => generators::through_eye::<0>(rng, sides).positions,
         6 => {
             // A star in a star, turned around or not.
             let mut inner = generators::star(rng, WINDOW, sides);
@@ -133,7 +127,7 @@ fn any_contours(rng: &mut Rng) -> Vec<Vec<Snapped>> {
             }
             return vec![outline(&outer), outline(&inner)];
         }
-        _ => generators::random_triangle::<0>(rng, 20.0, 1.5).positions,
+        kind => generators::of_kind(rng, kind, WINDOW, sides),
     };
     vec![outline(&polygon)]
 }
@@ -328,7 +322,7 @@ fn samples_come_near_to_the_area() {
         let pictures = ALL.map(|samples| {
             let frame = MultisampleFramebuffer::new(WINDOW.width, WINDOW.height, samples, 0.0f32);
             let mut frame = frame.expect("a small frame");
-            MultisampleRenderer::new(frame.viewport()).draw(&mut frame, &polygon, |_| 1.0);
+            MultisampleRenderer::new(frame.viewport()).draw(&mut frame, &polygon, dynamic(|_| 1.0));
             frame.resolve().expect("a small picture")
         });
         for (x, y) in pixels() {

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
+use crate::common::dynamic;
 use crate::common::generators::Rng;
 use glam::{Vec2, Vec3, vec2};
 use polyscan::bake::{self, Baker, Overlap};
@@ -123,7 +124,7 @@ fn borders_are_continued_by_so_many_texels() {
         let mut renderer = ZBufferRenderer::<0>::new(Viewport::new(SIZE, SIZE).expect("small"));
         renderer.settings.coverage_rule = CoverageRule::Outer(OutsidePolygon::Clamp);
         let mut touched = Framebuffer::new(SIZE, SIZE, false).expect("small");
-        renderer.draw(&mut touched, mesh, |_| true);
+        renderer.draw(&mut touched, mesh, dynamic(|_| true));
         let count = touched.color().iter().filter(|is_touched| **is_touched).count();
         assert!(covered.len() == count && baked.covered() == count, "seed {seed}");
         for &[x, y] in &covered {

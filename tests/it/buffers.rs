@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use crate::common::generators::{self, Rng};
-use crate::common::vertices;
+use crate::common::{dynamic, vertices};
 use glam::{Vec3, Vec4, vec3, vec4};
 use polyscan::fragment::LANES;
 use polyscan::render::{Buffers, Over, Paint};
@@ -67,6 +67,10 @@ impl Paint<Vec4> for Glass {
 
 type Painted = (Glass, Option<[f32; 2]>, Option<u32>, Option<bool>);
 type Block = ([Vec4; LANES], [[f32; 2]; LANES], [u32; LANES], [bool; LANES]);
+
+/// Shaders of one type each for all renderers, so that the loops around them are compiled once.
+type Shader<'s> = dyn Fn(&Fragment<'_, 3>) -> Option<Painted> + Sync + 's;
+type BlockShader<'s> = dyn Fn(&mut FragmentBlock<'_, 3>, &mut Block) + Sync + 's;
 
 /// What is painted on each buffer.
 fn shade(f: &Fragment<'_, 3>) -> Option<Painted> {
@@ -221,29 +225,26 @@ macro_rules! passes {
             $set_up(&mut renderer);
             let mut target = picture.target(size.0);
             let mesh = Mesh::new(&scene.vertices, &scene.faces);
-            let one = |f: &Fragment<'_, 3>| shade(&moved(f, corner));
+            let one: &Shader<'_> = &|f| shade(&moved(f, corner));
+            let by_block: &BlockShader<'_> = &|block, values| shade_block(corner, block, values);
             match way {
                 Way::Fragments => renderer.draw(&mut target, mesh, one),
-                Way::Blocks => renderer.draw_blocks(&mut target, mesh, |block, values| {
-                    shade_block(corner, block, values);
-                }),
+                Way::Blocks => renderer.draw_blocks(&mut target, mesh, by_block),
                 Way::FragmentsOnOneThread => {
                     renderer.on_one_thread().draw(&mut target, mesh, one);
                 }
                 Way::BlocksOnOneThread => {
-                    let by_block = |block: &mut FragmentBlock<'_, 3>, values: &mut _| {
-                        shade_block(corner, block, values);
-                    };
                     renderer.on_one_thread().draw_blocks(&mut target, mesh, by_block);
                 }
                 Way::FaceByFace => {
                     for (face, number) in scene.faces.iter().zip(0..) {
                         let mesh = Mesh::new(&scene.vertices, [face]);
-                        renderer.draw(&mut target, mesh, |f| {
+                        let numbered: &Shader<'_> = &|f| {
                             let mut f = *f;
                             f.face = number;
                             shade(&f)
-                        });
+                        };
+                        renderer.draw(&mut target, mesh, numbered);
                     }
                 }
             }
@@ -261,7 +262,7 @@ macro_rules! passes {
                 let mut renderer = $renderer::new(frame.viewport());
                 $set_up(&mut renderer);
                 let mesh = Mesh::new(&scene.vertices, &scene.faces);
-                renderer.draw(&mut frame, mesh, |f| shader(f).map(Written));
+                renderer.draw(&mut frame, mesh, dynamic(|f| shader(f).map(Written)));
                 let (values, depths) = frame.into_parts();
                 (values.into_iter().map(|Alone(value)| value).collect(), depths)
             }
@@ -372,16 +373,20 @@ fn a_texture_paints_one_of_several_buffers() {
     let mesh = Mesh::new(&scene.vertices, &scene.faces);
 
     let mut alone = Framebuffer::new(SIZE.0, SIZE.1, Vec4::ZERO).expect("a small frame");
-    renderer.draw(&mut alone, mesh, |f| Texture::paint(&texture, f.footprint(0, 1)));
+    renderer.draw(&mut alone, mesh, dynamic(|f| Texture::paint(&texture, f.footprint(0, 1))));
     let mut ids_alone = Framebuffer::new(SIZE.0, SIZE.1, 0u32).expect("a small frame");
-    renderer.draw(&mut ids_alone, mesh, |f| (f.x % 3 > 0).then_some(f.face));
+    renderer.draw(&mut ids_alone, mesh, dynamic(|f| (f.x % 3 > 0).then_some(f.face)));
     let id = |f: &Fragment<'_, 3>| (f.x % 3 > 0).then_some(f.face);
 
     let (mut colors, mut ids) = (vec![Vec4::ZERO; pixels], vec![0u32; pixels]);
     let mut depths = vec![1.0; pixels];
     let mut target =
         Target::of_buffers(SIZE.0, (&mut colors, &mut ids), &mut depths).expect("one length");
-    renderer.draw(&mut target, mesh, |f| (Texture::paint(&texture, f.footprint(0, 1)), f.face));
+    renderer.draw(
+        &mut target,
+        mesh,
+        dynamic(|f| (Texture::paint(&texture, f.footprint(0, 1)), f.face)),
+    );
     assert!(colors == alone.color());
     assert!(depths == alone.depth());
 
@@ -389,9 +394,11 @@ fn a_texture_paints_one_of_several_buffers() {
     let mut target =
         Target::of_buffers(SIZE.0, (&mut colors, &mut ids), &mut depths).expect("one length");
     renderer.clear(&mut target, Buffers((Vec4::ZERO, 0)));
-    renderer.draw(&mut target, mesh, |f| {
-        id(f).map(|id| (Texture::paint(&texture, f.footprint(0, 1)), id))
-    });
+    renderer.draw(
+        &mut target,
+        mesh,
+        dynamic(|f| id(f).map(|id| (Texture::paint(&texture, f.footprint(0, 1)), id))),
+    );
     assert!(ids == ids_alone.color());
     assert!(depths == ids_alone.depth());
     let painted = |(color, id): (&Vec4, &u32)| (*color != Vec4::ZERO) == (*id != 0);
@@ -405,7 +412,7 @@ fn a_block_writes_its_visible_lanes_alone() {
         [(-0.9, -0.8), (0.7, -0.6), (0.1, 0.9)].map(|(x, y)| Vertex::new(vec4(x, y, 0.5, 1.0), []));
     let mut coverage = Framebuffer::new(40, 30, false).expect("a small frame");
     let mut renderer = ZBufferRenderer::new(coverage.viewport());
-    renderer.draw(&mut coverage, &triangle, |_| true);
+    renderer.draw(&mut coverage, &triangle, dynamic(|_| true));
     let (mut bytes, mut normals) = (vec![0u8; 1200], vec![Vec3::ZERO; 1200]);
     let mut depths = vec![1.0; 1200];
     let mut target = Target::of_buffers(40, (&mut bytes, &mut normals), &mut depths).expect("rows");

@@ -5,7 +5,7 @@ use std::array::from_fn;
 
 use crate::common::generators::{self, Rng, Shape};
 use crate::common::oracle::{self, Depth, Window};
-use crate::common::{LONG_SEED, in_threads, vertices, viewport};
+use crate::common::{LONG_SEED, dynamic, dynamic_blocks, in_threads, vertices, viewport};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4, vec3, vec4};
 use polyscan::fragment::LANES;
 use polyscan::{
@@ -273,38 +273,46 @@ fn all_renderers_and_shaders_see_the_same() {
         let mut renderer = ZBufferRenderer::new(blank().viewport());
         renderer.settings = settings(rng, blank().viewport());
         let mut first = blank();
-        renderer.draw(&mut first, Mesh::new(&vertices, &faces), by_fragment);
+        renderer.draw(&mut first, Mesh::new(&vertices, &faces), dynamic(by_fragment));
         lit += first.color().iter().filter(|seen| !matches!(seen[6], 0 | 7)).count();
 
         let mut blocks = blank();
-        renderer.draw_blocks(&mut blocks, Mesh::new(&vertices, &faces), |block, colors| {
-            *colors = by_block(block);
-        });
+        renderer.draw_blocks(
+            &mut blocks,
+            Mesh::new(&vertices, &faces),
+            dynamic_blocks(|block, colors| {
+                *colors = by_block(block);
+            }),
+        );
         assert_eq!(first.color(), blocks.color(), "seed {seed}: blocks");
 
         let mut one_by_one = blank();
         for face in &faces {
             let polygon: Vec<_> = face.iter().map(|&i| vertices[i as usize]).collect();
-            renderer.draw(&mut one_by_one, &polygon, by_fragment);
+            renderer.draw(&mut one_by_one, &polygon, dynamic(by_fragment));
         }
         assert_eq!(first.color(), one_by_one.color(), "seed {seed}: one by one");
 
         let mut by_rows = blank();
         let mut scanline = ScanlineRenderer::new(blank().viewport());
         scanline.settings = renderer.settings.clone();
-        scanline.draw(&mut by_rows, Mesh::new(&vertices, &faces), |f: &Fragment<'_, 4>| {
-            Some(by_fragment(f))
-        });
+        scanline.draw(
+            &mut by_rows,
+            Mesh::new(&vertices, &faces),
+            dynamic(|f: &Fragment<'_, 4>| Some(by_fragment(f))),
+        );
         assert_eq!(first.color(), by_rows.color(), "seed {seed}: scanline");
 
         let tree = BspTree::new(&vertices, &faces[..1]);
         let (mut painted, mut alone) = (blank(), blank());
         let mut painter = PainterRenderer::new(blank().viewport());
         painter.settings = renderer.settings.clone();
-        painter.draw(&mut painted, tree.seen_by(Mat4::IDENTITY), |f: &Fragment<'_, 4>| {
-            Some(by_fragment(f))
-        });
-        renderer.draw(&mut alone, Mesh::new(&vertices, &faces[..1]), by_fragment);
+        painter.draw(
+            &mut painted,
+            tree.seen_by(Mat4::IDENTITY),
+            dynamic(|f: &Fragment<'_, 4>| Some(by_fragment(f))),
+        );
+        renderer.draw(&mut alone, Mesh::new(&vertices, &faces[..1]), dynamic(by_fragment));
         if tree.pieces() == 1 {
             assert_eq!(alone.color(), painted.color(), "seed {seed}: painter's");
         }
@@ -312,9 +320,13 @@ fn all_renderers_and_shaders_see_the_same() {
         let (x, y) = (rng.below(60) as i32, rng.below(40) as i32);
         let mut tile = Framebuffer::new(10, 10, [0; 7]).expect("a small frame");
         renderer.settings.viewport = blank().viewport().with_corner(-x, -y);
-        renderer.draw_blocks(&mut tile, Mesh::new(&vertices, &faces), |block, colors| {
-            *colors = by_block(block);
-        });
+        renderer.draw_blocks(
+            &mut tile,
+            Mesh::new(&vertices, &faces),
+            dynamic_blocks(|block, colors| {
+                *colors = by_block(block);
+            }),
+        );
         for (i, seen) in tile.color().iter().enumerate() {
             let place = (x + i as i32 % 10, y + i as i32 / 10);
             let whole = first.color()[(place.1 * width as i32 + place.0) as usize];

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::common::generators::Rng;
 use crate::common::oracle::covers;
-use crate::common::{LONG_SEED, in_threads};
+use crate::common::{LONG_SEED, dynamic, dynamic_mut, in_threads};
 use glam::{DVec2, DVec3, vec4};
 use polyscan::render::Geometry;
 use polyscan::{
@@ -160,9 +160,13 @@ fn scanned(scan: &mut ScanConverter<0>, polygon: &[Vertex<0>]) -> BTreeMap<Place
 fn drawn(renderer: &mut ZBufferRenderer<0>, geometry: impl Geometry<0>) -> BTreeMap<Place, u32> {
     let mut frame = Framebuffer::new(SIDE as u32, SIDE as u32, ()).expect("small");
     let mut found = BTreeMap::new();
-    renderer.on_one_thread().draw(&mut frame, geometry, |f| {
-        *found.entry((f.x.into(), f.y.into())).or_insert(0) += 1;
-    });
+    renderer.on_one_thread().draw(
+        &mut frame,
+        geometry,
+        dynamic_mut(|f| {
+            *found.entry((f.x.into(), f.y.into())).or_insert(0) += 1;
+        }),
+    );
     found
 }
 
@@ -247,10 +251,10 @@ fn a_mesh_is_covered_by_its_faces_alike_at_every_level_and_by_other_renderers() 
             [face, a, b, f.w.to_bits() ^ f.derivatives().0[0].to_bits()]
         };
         if is_mesh {
-            renderer.draw(&mut frame, Mesh::new(&vertices, &faces), |f| color(f.face, f));
+            renderer.draw(&mut frame, Mesh::new(&vertices, &faces), dynamic(|f| color(f.face, f)));
         } else {
             for (i, face) in (0..).zip(&faces) {
-                renderer.draw(&mut frame, Mesh::new(&vertices, [face]), |f| color(i, f));
+                renderer.draw(&mut frame, Mesh::new(&vertices, [face]), dynamic(|f| color(i, f)));
             }
         }
         frame
@@ -271,13 +275,13 @@ fn a_mesh_is_covered_by_its_faces_alike_at_every_level_and_by_other_renderers() 
     painter.settings.coverage_rule = CLAMP;
     z_buffer.settings.coverage_rule = CLAMP;
     scanline.settings.coverage_rule = CLAMP;
-    painter.draw(&mut by_painter, polygon, |_| 1);
-    z_buffer.draw(&mut by_z_buffer, polygon, |_| 1);
-    scanline.draw(&mut by_rows, polygon, |_| 1);
+    painter.draw(&mut by_painter, polygon, dynamic(|_| 1));
+    z_buffer.draw(&mut by_z_buffer, polygon, dynamic(|_| 1));
+    scanline.draw(&mut by_rows, polygon, dynamic(|_| 1));
     assert!(by_painter.color() == by_z_buffer.color() && by_rows != by_z_buffer);
     z_buffer.settings.coverage_rule = CoverageRule::Centre;
     z_buffer.clear(&mut by_z_buffer, 0);
-    z_buffer.draw(&mut by_z_buffer, polygon, |_| 1);
+    z_buffer.draw(&mut by_z_buffer, polygon, dynamic(|_| 1));
     assert!(by_rows == by_z_buffer);
 }
 

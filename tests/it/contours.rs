@@ -6,7 +6,7 @@
 
 use crate::common::generators::{self, Contours, Rng};
 use crate::common::oracle::{self, Depth, Position, Window};
-use crate::common::{LONG_SEED, Tally, at_pixels, bare, digits, in_threads, viewport};
+use crate::common::{LONG_SEED, Tally, at_pixels, bare, digits, dynamic, in_threads, viewport};
 use glam::{Vec4, vec4};
 use polyscan::{
     ClipPlane, Cull, FillRule, Framebuffer, Outline, ScanConverter, Vertex, ZBufferRenderer,
@@ -563,11 +563,13 @@ fn meshes_of_concave_faces_are_drawn_like_their_faces() {
         renderer.settings.planes = clip_planes(&some_planes(rng));
         for face in &faces {
             let polygon: Vec<_> = face.iter().map(|&i| vertices[i as usize]).collect();
-            renderer.draw(&mut one_by_one, &polygon, |f| [f.params[0], f.params[1], f.w]);
+            renderer.draw(&mut one_by_one, &polygon, dynamic(|f| [f.params[0], f.params[1], f.w]));
         }
-        renderer.draw(&mut at_once, polyscan::Mesh::new(&vertices, &faces), |f| {
-            [f.params[0], f.params[1], f.w]
-        });
+        renderer.draw(
+            &mut at_once,
+            polyscan::Mesh::new(&vertices, &faces),
+            dynamic(|f| [f.params[0], f.params[1], f.w]),
+        );
         assert!(one_by_one.color() == at_once.color(), "seed {seed}");
         assert!(one_by_one.depth() == at_once.depth(), "seed {seed}");
     }
@@ -589,7 +591,7 @@ fn mesh_coverage(seed: u64) -> Tally {
     for (rule, exact) in RULES {
         renderer.settings.fill_rule = rule;
         frame.clear(0, 1.0);
-        renderer.draw(&mut frame, polyscan::Mesh::new(&bare(contour), [&face]), |_| 1);
+        renderer.draw(&mut frame, polyscan::Mesh::new(&bare(contour), [&face]), dynamic(|_| 1));
         let expected = oracle::fill_border(&border, MIDDLE, exact);
         let drawn = digits(frame.color(), MIDDLE.width).join("\n") + "\n";
         assert_eq!(drawn, expected.picture(MIDDLE).replace('#', "1"), "{rule:?}, seed {seed}");

@@ -1,6 +1,7 @@
 //! The depth bias: added exactly, by all ways of setting polygons up, and enough to lift a decal off
 //! the wall that it is on.
 
+use crate::common::dynamic;
 use crate::common::generators::Rng;
 use glam::vec4;
 use polyscan::render::Geometry;
@@ -168,13 +169,13 @@ fn decal_on_wall(
     let mut renderer = ZBufferRenderer::new(frame.viewport());
     renderer.settings.depth = mode;
     renderer.clear(&mut frame, '.');
-    renderer.draw(&mut frame, decal, |_| '#');
+    renderer.draw(&mut frame, decal, dynamic(|_| '#'));
     let covered = frame.color().iter().filter(|&&c| c == '#').count();
     renderer.clear(&mut frame, '.');
-    renderer.draw(&mut frame, Mesh::new(wall, wall_faces), |_| 'w');
+    renderer.draw(&mut frame, Mesh::new(wall, wall_faces), dynamic(|_| 'w'));
     assert!(frame.color().iter().all(|&c| c == 'w'), "the wall is everywhere");
     renderer.settings.depth_bias = depth_bias;
-    renderer.draw(&mut frame, decal, |_| '#');
+    renderer.draw(&mut frame, decal, dynamic(|_| '#'));
     (frame.color().iter().filter(|&&c| c == '#').count(), covered)
 }
 

@@ -7,6 +7,7 @@
 use std::array::from_fn;
 
 use crate::common::generators::{self, Rng};
+use crate::common::{dynamic, dynamic_blocks, dynamic_blocks_mut, dynamic_mut};
 use glam::camera::rh::proj::directx::perspective;
 use glam::{Mat4, Vec2, Vec4, vec4};
 use polyscan::fragment::LANES;
@@ -157,12 +158,20 @@ macro_rules! draws {
                 way: (Way, bool),
             ) {
                 match way {
-                    (Way::Draw, false) => self.draw(frame, geometry, told),
-                    (Way::Blocks, false) => self.draw_blocks(frame, geometry, told_by_block),
+                    (Way::Draw, false) => self.draw(frame, geometry, dynamic(told)),
+                    (Way::Blocks, false) => {
+                        self.draw_blocks(frame, geometry, dynamic_blocks(told_by_block))
+                    }
                     (Way::Depth, false) => self.draw_depth(frame, geometry),
-                    (Way::Draw, true) => self.on_one_thread().draw(frame, geometry, told),
+                    (Way::Draw, true) => {
+                        self.on_one_thread().draw(frame, geometry, dynamic_mut(told))
+                    }
                     (Way::Blocks, true) => {
-                        self.on_one_thread().draw_blocks(frame, geometry, told_by_block);
+                        self.on_one_thread().draw_blocks(
+                            frame,
+                            geometry,
+                            dynamic_blocks_mut(told_by_block),
+                        );
                     }
                     (Way::Depth, true) => self.on_one_thread().draw_depth(frame, geometry),
                 }
@@ -238,7 +247,7 @@ fn by_z_buffer(scene: &Scene) -> Frame {
     let mut expected = empty();
     let mesh_vertices = scene.in_clip_space();
     let mesh = Mesh::new(&mesh_vertices, &scene.faces);
-    ZBufferRenderer::new(expected.viewport()).draw(&mut expected, mesh, told);
+    ZBufferRenderer::new(expected.viewport()).draw(&mut expected, mesh, dynamic(told));
     expected
 }
 
@@ -285,8 +294,8 @@ fn polygons_of_several_contours_are_drawn_by_every_way_and_renderer() {
     let frame_with_hole = [outer, hole];
     let mut expected = empty();
     let mut z_buffer = ZBufferRenderer::new(expected.viewport());
-    z_buffer.draw(&mut expected, &wall, told);
-    z_buffer.draw(&mut expected, &frame_with_hole, told);
+    z_buffer.draw(&mut expected, &wall, dynamic(told));
+    z_buffer.draw(&mut expected, &frame_with_hole, dynamic(told));
     fn check<R: Draws>(expected: &Frame, wall: &[Vertex<2>; 4], with_hole: &[[Vertex<2>; 4]; 2]) {
         let mut renderer = R::new(Settings::new(expected.viewport()));
         for way in WAYS {
@@ -317,17 +326,25 @@ fn a_shader_that_counts_sees_each_pixel_once() {
     let mut fragments = 0;
     let mut frame = empty();
     let mut scanline = ScanlineRenderer::new(frame.viewport());
-    scanline.on_one_thread().draw(&mut frame, Mesh::new(&vertices, &scene.faces), |f| {
-        fragments += 1;
-        told(f)
-    });
+    scanline.on_one_thread().draw(
+        &mut frame,
+        Mesh::new(&vertices, &scene.faces),
+        dynamic_mut(|f| {
+            fragments += 1;
+            told(f)
+        }),
+    );
     assert_eq!(fragments, covered);
     let mut lanes = 0;
     let mut frame = empty();
-    scanline.on_one_thread().draw_blocks(&mut frame, Mesh::new(&vertices, &scene.faces), |b, c| {
-        lanes += b.visible.count_ones() as usize;
-        told_by_block(b, c);
-    });
+    scanline.on_one_thread().draw_blocks(
+        &mut frame,
+        Mesh::new(&vertices, &scene.faces),
+        dynamic_blocks_mut(|b, c| {
+            lanes += b.visible.count_ones() as usize;
+            told_by_block(b, c);
+        }),
+    );
     assert_eq!(lanes, covered);
     assert!(frame == expected);
 }
@@ -584,13 +601,17 @@ fn one_over_w_shows_the_same_faces() {
             renderer.clear(&mut frame, NOTHING);
             let mesh = Mesh::new(&vertices, &scene.faces);
             if is_block {
-                renderer.draw_blocks(&mut frame, mesh, |block, colors| {
-                    for (lane, color) in colors.iter_mut().enumerate() {
-                        *color = without_depth(&block.fragment(lane));
-                    }
-                });
+                renderer.draw_blocks(
+                    &mut frame,
+                    mesh,
+                    dynamic_blocks(|block, colors| {
+                        for (lane, color) in colors.iter_mut().enumerate() {
+                            *color = without_depth(&block.fragment(lane));
+                        }
+                    }),
+                );
             } else {
-                renderer.draw(&mut frame, mesh, without_depth);
+                renderer.draw(&mut frame, mesh, dynamic(without_depth));
             }
             for (pixel, (color, expected)) in frame.color().iter().zip(expected.color()).enumerate()
             {
@@ -618,11 +639,11 @@ fn one_over_w_counts_as_z_by_rows() {
         rows.extend_from_slice(row);
         Ok::<(), ()>(())
     };
-    let drawn = renderer.stream(Mesh::new(&vertices, &scene.faces), NOTHING, told, sink);
+    let drawn = renderer.stream(Mesh::new(&vertices, &scene.faces), NOTHING, dynamic(told), sink);
     drawn.expect("no error");
     assert!(rows == expected.color(), "streamed");
     let mut frame = empty();
     renderer.clear(&mut frame, NOTHING);
-    renderer.draw(&mut frame, Mesh::new(&vertices, &scene.faces), told);
+    renderer.draw(&mut frame, Mesh::new(&vertices, &scene.faces), dynamic(told));
     assert!(frame == expected, "on a framebuffer");
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::common::generators::Rng;
 use crate::common::oracle::diamonds;
-use crate::common::{LONG_SEED, in_threads};
+use crate::common::{LONG_SEED, dynamic, dynamic_mut, in_threads};
 use glam::{DVec2, Vec2, Vec4, vec4};
 use polyscan::render::{Cap, Geometry, Join};
 use polyscan::subpixel::SubpixelPoint;
@@ -37,9 +37,13 @@ fn drawn<const N: usize>(
 ) -> BTreeMap<Pixel, u32> {
     let mut frame = Framebuffer::new(SIDE, SIDE, ()).expect("small");
     let mut pixels = BTreeMap::new();
-    renderer.on_one_thread().draw(&mut frame, geometry, |fragment| {
-        *pixels.entry([fragment.x.into(), fragment.y.into()]).or_insert(0) += 1;
-    });
+    renderer.on_one_thread().draw(
+        &mut frame,
+        geometry,
+        dynamic_mut(|fragment| {
+            *pixels.entry([fragment.x.into(), fragment.y.into()]).or_insert(0) += 1;
+        }),
+    );
     pixels
 }
 
@@ -357,9 +361,13 @@ fn each_edge_of_a_mesh_is_drawn_once() {
         let mut frame = Framebuffer::new(SIDE, SIDE, ()).expect("small");
         let mut edges = std::collections::BTreeSet::new();
         let lines = Lines::edges_of(&Mesh::new(vertices, faces));
-        renderer().on_one_thread().draw(&mut frame, lines, |f| {
-            edges.insert(f.face);
-        });
+        renderer().on_one_thread().draw(
+            &mut frame,
+            lines,
+            dynamic_mut(|f| {
+                edges.insert(f.face);
+            }),
+        );
         edges.len()
     };
     let at = |x: i64, y: i64| at([x * 256, y * 256], 1.0);
@@ -411,7 +419,7 @@ fn lines_on_faces_are_seen_and_those_behind_are_not() {
     on_faces.settings.depth_bias = DepthBias { constant: 1e-5, slope: 1.0 };
     on_faces.draw_depth(&mut frame, mesh);
     on_faces.settings.depth_bias = DepthBias::default();
-    on_faces.draw(&mut frame, Lines::edges_of(&mesh), |_| 1);
+    on_faces.draw(&mut frame, Lines::edges_of(&mesh), dynamic(|_| 1));
     let seen = frame.color().iter().filter(|&&c| c == 1).count();
     assert_eq!(seen, all.len());
     // The same lines, farther from the eye.
@@ -419,7 +427,7 @@ fn lines_on_faces_are_seen_and_those_behind_are_not() {
         .iter()
         .map(|v| Vertex::new(v.position + vec4(0.0, 0.0, 0.05 * v.position.w, 0.0), []))
         .collect();
-    on_faces.draw(&mut frame, Lines::edges_of(&Mesh::new(&behind, &faces)), |_| 2);
+    on_faces.draw(&mut frame, Lines::edges_of(&Mesh::new(&behind, &faces)), dynamic(|_| 2));
     let inside = |x: i64, y: i64| frame.pixel(x as u32, y as u32).is_some_and(|(c, _)| c == 2);
     // Only at the outer border, where pixels' centres lie beside the faces.
     let wrong = all.keys().filter(|[x, y]| inside(*x, *y)).count();
@@ -453,12 +461,19 @@ fn picture(level: Level, corner: (i32, i32), [width, height]: [u32; 2]) -> Vec<(
         [r + f.w, g + dx[1], b + dy[2]].map(f32::to_bits)
     };
     scene(&mut |number, vertices| match number % 4 {
-        0 => renderer.draw(&mut frame, Lines::polyline(vertices), color),
-        1 => renderer.draw(&mut frame, Lines::polyline(vertices).with_width(3.3), color),
-        2 => renderer.draw(&mut frame, Points::new(vertices).with_size(9.0).round(), color),
+        0 => renderer.draw(&mut frame, Lines::polyline(vertices), dynamic(color)),
+        1 => renderer.draw(&mut frame, Lines::polyline(vertices).with_width(3.3), dynamic(color)),
+        2 => {
+            let points = Points::new(vertices).with_size(9.0).round();
+            renderer.draw(&mut frame, points, dynamic(color));
+        }
         _ => {
             let lines = Lines::new(vertices, [[0, 1, 2], [2, 3, 4]]).closed().with_width(6.0);
-            renderer.draw(&mut frame, lines.with_join(Join::Round).with_cap(Cap::Round), color);
+            renderer.draw(
+                &mut frame,
+                lines.with_join(Join::Round).with_cap(Cap::Round),
+                dynamic(color),
+            );
         }
     });
     frame.color().iter().copied().zip(frame.depth().iter().map(|d| d.to_bits())).collect()
@@ -506,16 +521,16 @@ fn all_renderers_draw_lines_and_points() {
         if number % 2 == 0 {
             let lines = Lines::polyline(vertices).with_width(2.0);
             let lines = if number % 4 == 0 { lines } else { Lines::polyline(vertices) };
-            a.draw(&mut z_buffer, lines, color);
-            b.draw(&mut scanline, lines, color);
-            c.draw(&mut painter, lines, color);
-            b.stream(lines, [0; 3], color, sink).expect("the sink takes all");
+            a.draw(&mut z_buffer, lines, dynamic(color));
+            b.draw(&mut scanline, lines, dynamic(color));
+            c.draw(&mut painter, lines, dynamic(color));
+            b.stream(lines, [0; 3], dynamic(color), sink).expect("the sink takes all");
         } else {
             let points = Points::new(&vertices[..1]).with_size(7.0);
-            a.draw(&mut z_buffer, points, color);
-            b.draw(&mut scanline, points, color);
-            c.draw(&mut painter, points, color);
-            b.stream(points, [0; 3], color, sink).expect("the sink takes all");
+            a.draw(&mut z_buffer, points, dynamic(color));
+            b.draw(&mut scanline, points, dynamic(color));
+            c.draw(&mut painter, points, dynamic(color));
+            b.stream(points, [0; 3], dynamic(color), sink).expect("the sink takes all");
         }
         assert!(z_buffer == scanline);
         assert_eq!(z_buffer.color(), painter.color());

@@ -6,6 +6,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use crate::common::dynamic;
 use glam::{Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use polyscan::model::{AlphaMode, Model};
 use polyscan::obj::{Loaded, Loader, ObjError, Warning};
@@ -645,7 +646,7 @@ fn huge_and_tiny_models_are_seen() {
         polyscan::ZBufferRenderer::new(frame.viewport()).draw(
             &mut frame,
             Mesh::new(&vertices, &faces),
-            |_| 1,
+            dynamic(|_| 1),
         );
         // A square inside the circle that fills the picture: 2 / pi of the circle.
         let seen = frame.color().iter().filter(|&&seen| seen == 1).count();

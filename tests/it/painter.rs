@@ -12,7 +12,7 @@ use crate::common::crossing::{
     random_scene, random_view, scan, solids,
 };
 use crate::common::generators::{Rng, number};
-use crate::common::{LONG_SEED, in_threads, tally};
+use crate::common::{LONG_SEED, dynamic, dynamic_blocks, in_threads, tally};
 use fearless_simd::Level;
 use glam::camera::rh::proj::directx;
 use glam::camera::rh::view::look_at_mat4;
@@ -304,17 +304,21 @@ fn shaders_of_blocks_give_the_same_pictures() {
     let [_, by_tree, by_depth] = faces_seen(&vertices, &faces);
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, None).expect("a small frame");
     let mut painter = PainterRenderer::new(frame.viewport());
-    painter.draw_blocks(&mut frame, polyscan::Mesh::new(&vertices, &faces), |block, colors| {
-        *colors = [Some(block.face); LANES];
-    });
+    painter.draw_blocks(
+        &mut frame,
+        polyscan::Mesh::new(&vertices, &faces),
+        dynamic_blocks(|block, colors| {
+            *colors = [Some(block.face); LANES];
+        }),
+    );
     assert_eq!(frame.color(), by_tree);
     frame.clear(None, 1.0);
     painter.draw_blocks(
         &mut frame,
         polyscan::Mesh::new(&vertices, &faces).back_to_front(),
-        |block, colors| {
+        dynamic_blocks(|block, colors| {
             *colors = [Some(block.face); LANES];
-        },
+        }),
     );
     assert_eq!(frame.color(), by_depth);
 }
@@ -487,7 +491,7 @@ fn the_picture_is_the_same_in_tiles_by_any_number_of_threads_and_at_any_level() 
             let viewport = Viewport::new(150, 100).expect("a small viewport").with_corner(-x, -y);
             let mut painter = PainterRenderer::new(viewport);
             (painter.simd_level, painter.depth_write) = (level, true);
-            painter.draw(&mut frame, tree.seen_by(matrix), |f| layer(f).bits);
+            painter.draw(&mut frame, tree.seen_by(matrix), dynamic(|f| layer(f).bits));
             frame
         };
         let whole = draw(Level::new(), (0, 0), [150, 100]);
@@ -603,7 +607,7 @@ fn a_tube_of_many_sides_makes_no_deep_recursion() {
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, 0u8).expect("a small frame");
     let matrix = directx::perspective(0.8, 1.3, 0.1, 9.0)
         * look_at_mat4(vec3(0.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y);
-    PainterRenderer::new(frame.viewport()).draw(&mut frame, tree.seen_by(matrix), |_| 1);
+    PainterRenderer::new(frame.viewport()).draw(&mut frame, tree.seen_by(matrix), dynamic(|_| 1));
     assert!(frame.color().contains(&1));
 }
 
@@ -621,6 +625,6 @@ fn planes_that_all_cross_each_other_do_not_fill_the_memory() {
     assert!(tree.pieces() < 500_000);
     let mut frame = Framebuffer::new(WIDTH, HEIGHT, 0u32).expect("a small frame");
     let mut painter = PainterRenderer::new(frame.viewport());
-    painter.draw(&mut frame, tree.seen_by(random_view(rng).matrix), |_| 1);
+    painter.draw(&mut frame, tree.seen_by(random_view(rng).matrix), dynamic(|_| 1));
     assert!(frame.color().contains(&1));
 }

@@ -102,13 +102,13 @@ fn check(seed: u64) -> Tally {
     tally.cut = u64::from(sides.iter().any(|&d| d < 0.0) && sides.iter().any(|&d| d > 0.0));
     for (pixel, (&parts, &whole)) in parts.iter().zip(&whole).enumerate() {
         let (x, y) = (pixel as u32 % window.width, pixel as u32 / window.width);
-        let what = format!("seed {seed}, pixel {x}, {y}: {polygon:?} by {plane} in {window:?}");
-        assert!(parts <= 1, "{parts} times, {what}");
+        let what = || format!("seed {seed}, pixel {x}, {y}: {polygon:?} by {plane} in {window:?}");
+        assert!(parts <= 1, "{parts} times, {}", what());
         tally.pixels += u64::from(whole);
         if parts != whole {
             let centre = [f64::from(x) + 0.5, f64::from(y) + 0.5];
             let distance = distance_to_outline(&polygon, centre, window);
-            assert!(distance <= ROUNDING, "{parts} for {whole}, {distance} inside, {what}");
+            assert!(distance <= ROUNDING, "{parts} for {whole}, {distance} inside, {}", what());
             tally.at_outline += 1;
         }
     }

@@ -2,6 +2,7 @@
 
 use std::array::from_fn;
 
+use crate::common::dynamic;
 use crate::common::generators::{Rng, number};
 use glam::{DMat4, DVec2, DVec3, Mat4, Vec2, Vec3, dvec2, vec2, vec3};
 use num_rational::BigRational;
@@ -335,8 +336,11 @@ fn a_picture_goes_there_and_comes_back() {
     let warped = |texture: &Texture, mapping: &Projective, size: u32| {
         let mut frame = Framebuffer::new(size, size, glam::Vec4::W).expect("small");
         let polygon = mapping.picture(&frame.viewport());
-        ZBufferRenderer::new(frame.viewport())
-            .draw(&mut frame, &polygon, |f| texture.sample_footprint(&f.footprint(0, 1)));
+        ZBufferRenderer::new(frame.viewport()).draw(
+            &mut frame,
+            &polygon,
+            dynamic(|f| texture.sample_footprint(&f.footprint(0, 1))),
+        );
         frame
     };
     let photo = warped(&picture, &there, 512);

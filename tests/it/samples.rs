@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common::generators::{self, Cells, Rng, Shape};
 use crate::common::oracle::{self, Depth, FillRule, Position, Sample, Snapped, Window};
-use crate::common::{bare, in_threads, tally, vertices, viewport};
+use crate::common::{bare, dynamic, dynamic_blocks, in_threads, tally, vertices, viewport};
 use glam::{Vec3, Vec4, vec4};
 use polyscan::color::Color;
 use polyscan::render::{
@@ -77,14 +77,8 @@ fn the_patterns_are_the_standard_ones() {
 fn any_polygon(rng: &mut Rng) -> Vec<Position> {
     let sides = 3 + rng.below(8);
     match rng.below(8) {
-        0 => generators::star(rng, WINDOW, sides),
-        1 => generators::crossed_star(rng, WINDOW, 2 * sides + 1, 2),
-        2 => generators::tangle(rng, WINDOW, sides),
-        3 => generators::sliver(rng, WINDOW, 0.3, 10.0),
-        4 => generators::on_pixel_centres(rng, WINDOW, sides),
-        5 => generators::through_eye::<0>(rng, sides).positions,
         6 => generators::random_convex::<0>(rng, sides, 20.0).positions,
-        _ => generators::random_triangle::<0>(rng, 20.0, 1.5).positions,
+        kind => generators::of_kind(rng, kind, WINDOW, sides),
     }
 }
 
@@ -100,7 +94,7 @@ fn check_coverage(seed: u64) -> Seen {
     if even_odd {
         (renderer.settings.fill_rule, rule) = (polyscan::FillRule::EvenOdd, FillRule::EvenOdd);
     }
-    renderer.draw(&mut frame, &bare(&polygon), |_| Additive(1));
+    renderer.draw(&mut frame, &bare(&polygon), dynamic(|_| Additive(1)));
     let outline = outline(&polygon);
     let mut seen = Seen { faces: 1, ..Seen::default() };
     for (x, y) in pixels() {
@@ -146,7 +140,7 @@ fn polygons_that_share_edges_cover_each_sample_once() {
         let vertices = bare(&mesh.positions);
         let faces: Vec<Vec<u32>> =
             mesh.faces.iter().map(|face| face.iter().map(|i| *i as u32).collect()).collect();
-        renderer.draw(&mut frame, Mesh::new(&vertices, &faces), |_| Additive(1));
+        renderer.draw(&mut frame, Mesh::new(&vertices, &faces), dynamic(|_| Additive(1)));
         for (x, y) in pixels() {
             for sample in 0..samples.count() {
                 let (count, _) = frame.sample(x, y, sample).expect("it is there");
@@ -268,11 +262,15 @@ fn planes_that_cross_within_pixels_cross_at_each_sample() {
         };
         let mut frame = frame(samples, 0u32);
         let mut renderer = MultisampleRenderer::new(frame.viewport());
-        renderer.draw(&mut frame, &plane(&|_, _| 0.5), |_| 1);
+        renderer.draw(&mut frame, &plane(&|_, _| 0.5), dynamic(|_| 1));
         if rng.once_in(2) {
-            renderer.draw(&mut frame, &plane(&z), |_| 2);
+            renderer.draw(&mut frame, &plane(&z), dynamic(|_| 2));
         } else {
-            renderer.draw_blocks(&mut frame, &plane(&z), |_, colors| colors.fill(2));
+            renderer.draw_blocks(
+                &mut frame,
+                &plane(&z),
+                dynamic_blocks(|_, colors| colors.fill(2)),
+            );
         }
         for (x, y) in pixels() {
             for (sample, offset) in samples.places().iter().enumerate() {
@@ -309,13 +307,16 @@ fn textures_paint_samples_as_colours_do() {
         let mut renderer = MultisampleRenderer::new(frames[0].viewport());
         for shape in &shapes {
             let triangle = vertices(shape);
-            renderer.draw(&mut frames[0], &triangle, |f| texture.paint(f.params));
+            renderer.draw(&mut frames[0], &triangle, dynamic(|f| texture.paint(f.params)));
         }
         let mut renderer = MultisampleRenderer::new(frames[1].viewport());
         for shape in &shapes {
             let triangle = vertices(shape);
-            renderer
-                .draw(&mut frames[1], &triangle, |f| texture.sample(f.params.into()).to_srgb8());
+            renderer.draw(
+                &mut frames[1],
+                &triangle,
+                dynamic(|f| texture.sample(f.params.into()).to_srgb8()),
+            );
         }
         for (x, y) in pixels() {
             for sample in 0..samples.count() {
@@ -335,7 +336,7 @@ fn no_rule_for_pixels_changes_samples() {
             let mut frame = frame(Samples::Four, 0u32);
             let mut renderer = MultisampleRenderer::new(frame.viewport());
             renderer.settings.coverage_rule = rule;
-            renderer.draw(&mut frame, &polygon, |_| 1);
+            renderer.draw(&mut frame, &polygon, dynamic(|_| 1));
             pixels()
                 .flat_map(|(x, y)| (0..4).map(move |sample| (x, y, sample)))
                 .map(|(x, y, sample)| frame.sample(x, y, sample))
@@ -364,10 +365,14 @@ fn a_pixel_is_shaded_once_where_that_is_asked_for() {
             renderer.shading = place;
             let calls = AtomicUsize::new(0);
             // Right of the middle of the sixth pixel.
-            renderer.draw(&mut frame, &quad_from(5.5, 9.0), |fragment| {
-                calls.fetch_add(1, Ordering::Relaxed);
-                fragment.params[0]
-            });
+            renderer.draw(
+                &mut frame,
+                &quad_from(5.5, 9.0),
+                dynamic(|fragment| {
+                    calls.fetch_add(1, Ordering::Relaxed);
+                    fragment.params[0]
+                }),
+            );
             assert_eq!(calls.into_inner(), 4 * WINDOW.height as usize, "{samples:?}");
             let right: Vec<_> = (0..samples.count())
                 .filter(|i| samples.places()[*i][0] >= 0)
@@ -493,7 +498,11 @@ fn more_samples_are_nearer_to_the_area() {
         let outline: Vec<_> = outline(&polygon).into_iter().map(in_pixels).collect();
         let pictures = ALL.map(|samples| {
             let mut frame = frame(samples, 0.0f32);
-            MultisampleRenderer::new(frame.viewport()).draw(&mut frame, &bare(&polygon), |_| 1.0);
+            MultisampleRenderer::new(frame.viewport()).draw(
+                &mut frame,
+                &bare(&polygon),
+                dynamic(|_| 1.0),
+            );
             frame.resolve().expect("a small picture")
         });
         for (x, y) in pixels() {

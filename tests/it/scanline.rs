@@ -10,7 +10,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::common::generators::{self, Cells, Mesh, Rng, Shape};
 use crate::common::oracle::{Position, Window};
-use crate::common::{LONG_SEED, bare, in_threads, tally, vertices, viewport};
+use crate::common::{
+    LONG_SEED, bare, dynamic, dynamic_blocks, in_threads, tally, vertices, viewport,
+};
 use glam::{Vec4, vec4};
 use polyscan::fragment::LANES;
 use polyscan::render::{Over, Paint};
@@ -97,7 +99,7 @@ tally! {
 fn check<const N: usize>(scene: &Scene<N>, name: &str) -> Tally {
     let nothing = (0, 0, 0, [0; N]);
     let mut expected = scene.frame(nothing);
-    scene.z_buffer().draw(&mut expected, scene.mesh(), bits);
+    scene.z_buffer().draw(&mut expected, scene.mesh(), dynamic(bits));
 
     let Rect { x, y, width, height } = scene.rect();
     let shaded: Vec<_> = (0..width * height).map(|_| AtomicU32::new(0)).collect();
@@ -113,7 +115,7 @@ fn check<const N: usize>(scene: &Scene<N>, name: &str) -> Tally {
         rows.push(colors.to_vec());
         Ok::<(), ()>(())
     };
-    renderer.stream(scene.mesh(), nothing, shader, sink).expect("no error");
+    renderer.stream(scene.mesh(), nothing, dynamic(shader), sink).expect("no error");
     assert_eq!(rows.len(), height as usize, "{name}: rows");
 
     let mut covered = 0;
@@ -129,7 +131,7 @@ fn check<const N: usize>(scene: &Scene<N>, name: &str) -> Tally {
     }
 
     let mut frame = scene.frame(nothing);
-    renderer.draw(&mut frame, scene.mesh(), bits);
+    renderer.draw(&mut frame, scene.mesh(), dynamic(bits));
     assert!(frame == expected, "{name}: on a framebuffer");
     let pixels = u64::from(width) * u64::from(height);
     Tally { scenes: 1, faces: scene.faces.len() as u64, pixels, covered }
@@ -359,7 +361,7 @@ fn faces_that_cross_are_split_where_they_cross() {
         Ok::<(), ()>(())
     };
     let shader = |f: &Fragment<'_, 0>| f.face + 1;
-    scene.scanline().stream(scene.mesh(), 0, shader, sink).expect("no error");
+    scene.scanline().stream(scene.mesh(), 0, dynamic(shader), sink).expect("no error");
     assert_eq!(picture, [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
 }
 
@@ -381,11 +383,23 @@ fn a_frame_that_has_depth_hides_what_is_behind() {
     let (behind, before) = scene.faces.split_at(10);
     let draw = |scanline: bool| {
         let mut frame = scene.frame((0, 0, 0, []));
-        scene.z_buffer().draw(&mut frame, polyscan::Mesh::new(&scene.vertices, behind), bits);
+        scene.z_buffer().draw(
+            &mut frame,
+            polyscan::Mesh::new(&scene.vertices, behind),
+            dynamic(bits),
+        );
         if scanline {
-            scene.scanline().draw(&mut frame, polyscan::Mesh::new(&scene.vertices, before), bits);
+            scene.scanline().draw(
+                &mut frame,
+                polyscan::Mesh::new(&scene.vertices, before),
+                dynamic(bits),
+            );
         } else {
-            scene.z_buffer().draw(&mut frame, polyscan::Mesh::new(&scene.vertices, before), bits);
+            scene.z_buffer().draw(
+                &mut frame,
+                polyscan::Mesh::new(&scene.vertices, before),
+                dynamic(bits),
+            );
         }
         frame
     };
@@ -399,14 +413,14 @@ fn shaders_of_blocks_give_the_same_picture() {
         let mut expected = scene.frame(0.0);
         let shade = |params: [f32; 3]| params[0] + 2.0 * params[1] + 4.0 * params[2];
         let mut renderer = scene.scanline();
-        renderer.draw(&mut expected, scene.mesh(), |f| shade(f.params));
+        renderer.draw(&mut expected, scene.mesh(), dynamic(|f| shade(f.params)));
         let mut frame = scene.frame(0.0);
         let by_block = |block: &mut FragmentBlock<'_, 3>, colors: &mut [f32; LANES]| {
             for (lane, color) in colors.iter_mut().enumerate() {
                 *color = shade(block.params.map(|lanes| lanes[lane]));
             }
         };
-        renderer.draw_blocks(&mut frame, scene.mesh(), by_block);
+        renderer.draw_blocks(&mut frame, scene.mesh(), dynamic_blocks(by_block));
         assert!(frame == expected, "seed {seed}");
 
         let Rect { x, y, width, .. } = scene.rect();
@@ -437,7 +451,7 @@ fn the_number_of_threads_changes_nothing() {
         // The scene is made on the thread that draws: what tells glass need not be shared.
         let drawn = pool.install(|| {
             let mesh = scene.mesh().with_transparent(&glass);
-            scene.scanline().stream(mesh, (0, 0, 0, [0; 3]), bits, sink)
+            scene.scanline().stream(mesh, (0, 0, 0, [0; 3]), dynamic(bits), sink)
         });
         drawn.map(|()| picture)
     };
@@ -522,7 +536,7 @@ fn check_transparency(seed: u64) -> Tally {
     };
     let mesh = scene.mesh().with_transparent(&is_transparent);
     let shader = |f: &Fragment<'_, 0>| glass(f.face, f.x, f.y, is_transparent(f.face));
-    scene.scanline().stream(mesh, Vec4::W, shader, sink).expect("no error");
+    scene.scanline().stream(mesh, Vec4::W, dynamic(shader), sink).expect("no error");
     let expected = sorted_at_each_pixel(&scene, is_transparent);
     for (i, (color, expected)) in picture.iter().zip(&expected).enumerate() {
         let width = scene.rect().width as usize;
@@ -558,7 +572,7 @@ fn a_sink_that_fails_ends_the_drawing_with_its_error() {
             rows.push(row);
             if row == fails_at { Err(format!("row {row}")) } else { Ok(()) }
         };
-        let result = scene.scanline().stream(scene.mesh(), 0u8, |_| 1, sink);
+        let result = scene.scanline().stream(scene.mesh(), 0u8, dynamic(|_| 1), sink);
         assert_eq!(result, Err(format!("row {fails_at}")));
         assert!(rows.iter().copied().eq(0..=fails_at));
     }
@@ -586,7 +600,7 @@ fn rows_come_on_the_calling_thread_and_pixels_from_several() {
         drawn_by.lock().expect("no panic").insert(std::thread::current().id());
         1
     };
-    scene.scanline().stream(scene.mesh(), 0, shader, sink).expect("no error");
+    scene.scanline().stream(scene.mesh(), 0, dynamic(shader), sink).expect("no error");
     assert!(!drawn_by.into_inner().expect("no panic").is_empty());
 }
 
@@ -631,7 +645,7 @@ fn check_any_input(seed: u64) -> Tally {
     }
     let tally = check(&scene, &format!("seed {seed}"));
     let glass = scene.mesh().with_transparent(&|face| face % 2 == 0);
-    let drawn = scene.scanline().stream(glass, 0.0, |f| f.depth, |_, _| Ok::<(), ()>(()));
+    let drawn = scene.scanline().stream(glass, 0.0, dynamic(|f| f.depth), |_, _| Ok::<(), ()>(()));
     drawn.expect("no error");
     tally
 }
@@ -678,7 +692,7 @@ mod png_files {
         let folder = tempfile::tempdir().expect("a folder");
         let (scene, shader) = picture(3);
         let mut frame = scene.frame(Vec4::ONE);
-        scene.scanline().draw(&mut frame, scene.mesh(), &shader);
+        scene.scanline().draw(&mut frame, scene.mesh(), dynamic(&shader));
         for opaque in [false, true] {
             let path = folder.path().join(format!("{opaque}.png"));
             let make = if opaque { PngFile::opaque } else { PngFile::new };
@@ -687,7 +701,7 @@ mod png_files {
                 assert!(!path.exists(), "not before all is done");
                 file.write_row(row)
             };
-            scene.scanline().stream(scene.mesh(), Vec4::ONE, &shader, sink).expect("rows");
+            scene.scanline().stream(scene.mesh(), Vec4::ONE, dynamic(&shader), sink).expect("rows");
             assert!(!path.exists());
             file.finish().expect("a file");
             let read = image::open(&path).expect("a picture");
@@ -715,7 +729,7 @@ mod png_files {
                 file.write_row(colors).map_err(|error| error.to_string())?;
                 if row < 150 { Ok(()) } else { Err("enough".into()) }
             };
-            let drawn = scene.scanline().stream(scene.mesh(), Vec4::ONE, &shader, sink);
+            let drawn = scene.scanline().stream(scene.mesh(), Vec4::ONE, dynamic(&shader), sink);
             assert_eq!(drawn, Err("enough".into()));
             let error = file.finish().expect_err("rows are missing").to_string();
             let path_text = path.display().to_string();

@@ -6,7 +6,7 @@
 
 use crate::common::generators::{self, Rng, Shape};
 use crate::common::oracle::Window;
-use crate::common::{vertices, viewport};
+use crate::common::{dynamic, dynamic_blocks, vertices, viewport};
 use glam::{DVec3, Mat4, Vec4Swizzles, vec4};
 use polyscan::render::Geometry;
 use polyscan::{
@@ -175,12 +175,16 @@ fn picture(
             renderer.settings = settings.clone();
             let mut frame = Framebuffer::new(WINDOW.width, WINDOW.height, None).expect("small");
             let seen = |f: &Fragment<'_, 1>| Some(Some((f.face, f.front_facing)));
-            renderer.draw(&mut frame, geometry, seen);
+            renderer.draw(&mut frame, geometry, dynamic(seen));
             let by_fragment = frame.color().to_vec();
             renderer.clear(&mut frame, None);
-            renderer.draw_blocks(&mut frame, geometry, |block, colors| {
-                colors.fill(Some((block.face, block.front_facing)));
-            });
+            renderer.draw_blocks(
+                &mut frame,
+                geometry,
+                dynamic_blocks(|block, colors| {
+                    colors.fill(Some((block.face, block.front_facing)));
+                }),
+            );
             assert!(frame.color() == by_fragment, "blocks");
             by_fragment
         }};

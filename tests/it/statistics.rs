@@ -4,6 +4,7 @@
 use std::array::from_fn;
 
 use crate::common::generators::Rng;
+use crate::common::{dynamic, dynamic_mut};
 use glam::Vec4;
 use polyscan::render::{RenderTarget, Statistics, Stencil, StencilFace, StencilOp, StencilTest};
 use polyscan::{
@@ -53,7 +54,7 @@ fn depths_of(
     let mut renderer = ZBufferRenderer::new(frame.viewport());
     set_up(&mut renderer);
     renderer.depth_test = DepthTest::Always;
-    renderer.draw(&mut frame, Mesh::new(vertices, [face]), |_| true);
+    renderer.draw(&mut frame, Mesh::new(vertices, [face]), dynamic(|_| true));
     let (covered, depths) = frame.into_parts();
     covered.into_iter().zip(depths).map(|(covered, depth)| covered.then_some(depth)).collect()
 }
@@ -173,9 +174,13 @@ fn statistics_are_what_is_counted_face_by_face() {
                 renderer.simd_level = level;
                 let mesh = || Mesh::new(&vertices, &faces);
                 let draw = |renderer: &mut ZBufferRenderer<0>, frame: &mut Framebuffer<u32>| {
-                    renderer.draw(frame, mesh(), |f| {
-                        (!(discards && is_discarded(f.x, f.y, f.face))).then_some(f.face + 1)
-                    });
+                    renderer.draw(
+                        frame,
+                        mesh(),
+                        dynamic(|f| {
+                            (!(discards && is_discarded(f.x, f.y, f.face))).then_some(f.face + 1)
+                        }),
+                    );
                 };
                 draw(&mut renderer, &mut plain);
                 renderer.statistics = Some(Statistics::default());
@@ -204,7 +209,7 @@ fn statistics_of_the_other_renderers() {
     let mut picture = frame(0u32);
     let mut painter = PainterRenderer::new(picture.viewport());
     painter.statistics = Some(Statistics::default());
-    painter.draw(&mut picture, mesh(), |f| f.face + 1);
+    painter.draw(&mut picture, mesh(), dynamic(|f| f.face + 1));
     let statistics = painter.statistics.expect("it was asked for");
     let covered = by_face[6];
     assert_eq!(
@@ -219,7 +224,7 @@ fn statistics_of_the_other_renderers() {
     let mut picture = frame(0u32);
     let mut scanline = ScanlineRenderer::new(picture.viewport());
     scanline.statistics = Some(Statistics::default());
-    scanline.draw(&mut picture, mesh(), |f| f.face + 1);
+    scanline.draw(&mut picture, mesh(), dynamic(|f| f.face + 1));
     let statistics = scanline.statistics.expect("it was asked for");
     let mut seen: Vec<u32> = picture.color().iter().copied().filter(|&face| face > 0).collect();
     let pixels = seen.len() as u64;
@@ -246,7 +251,7 @@ fn a_query_counts_the_pixels_that_would_be_drawn_and_changes_nothing() {
         let (vertices, faces) = scene(&mut rng, 12);
         let mut picture = frame(0u32);
         let mut renderer = ZBufferRenderer::new(picture.viewport());
-        renderer.draw(&mut picture, Mesh::new(&vertices, &faces), |f| f.face);
+        renderer.draw(&mut picture, Mesh::new(&vertices, &faces), dynamic(|f| f.face));
         let before = picture.clone();
         for depth_test in [DepthTest::Nearer, DepthTest::NearerOrEqual, DepthTest::Farther] {
             renderer.depth_test = depth_test;
@@ -409,16 +414,20 @@ fn the_stencil_does_what_the_model_does() {
                 let of_face = |f: &polyscan::Fragment<'_, 0>| {
                     (!is_discarded(f.x, f.y, number)).then_some(number + 1)
                 };
-                renderer.draw(&mut target, Mesh::new(&vertices, [face]), of_face);
+                renderer.draw(&mut target, Mesh::new(&vertices, [face]), dynamic(of_face));
             }
         } else {
             let mut renderer = ZBufferRenderer::new(target.viewport());
             renderer.stencil = Some(stencil);
             renderer.simd_level = if round % 2 == 0 { Level::new() } else { Level::baseline() };
             if round % 3 == 0 {
-                renderer.on_one_thread().draw(&mut target, Mesh::new(&vertices, &faces), shader);
+                renderer.on_one_thread().draw(
+                    &mut target,
+                    Mesh::new(&vertices, &faces),
+                    dynamic_mut(shader),
+                );
             } else {
-                renderer.draw(&mut target, Mesh::new(&vertices, &faces), shader);
+                renderer.draw(&mut target, Mesh::new(&vertices, &faces), dynamic(shader));
             }
         }
         model.draw(&vertices, &faces, &stencil, !by_painter);
@@ -438,9 +447,9 @@ fn without_bytes_all_fragments_pass_and_a_query_changes_none() {
     let mesh = || Mesh::new(&vertices, &faces);
     let (mut plain, mut with_none) = (frame(0u32), frame(0u32));
     let mut renderer = ZBufferRenderer::new(plain.viewport());
-    renderer.draw(&mut plain, mesh(), |f| f.face + 1);
+    renderer.draw(&mut plain, mesh(), dynamic(|f| f.face + 1));
     renderer.stencil = Some(Stencil::only(3));
-    renderer.draw(&mut with_none, mesh(), |f| f.face + 1);
+    renderer.draw(&mut with_none, mesh(), dynamic(|f| f.face + 1));
     assert!(plain == with_none);
 
     let mut bytes: Vec<u8> = (0..PIXELS).map(|i| if i % 3 == 0 { 3 } else { 0 }).collect();

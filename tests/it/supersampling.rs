@@ -4,6 +4,7 @@ use glam::{Mat4, Vec2, Vec3, Vec4, vec4};
 use polyscan::texture::Texture;
 use polyscan::{Framebuffer, Mesh, Vertex, Viewport, ZBufferRenderer};
 
+use crate::common::dynamic;
 use crate::common::generators::Rng;
 
 type Scene = (Vec<Vertex<2>>, Vec<[u32; 3]>);
@@ -25,9 +26,11 @@ fn picture() -> Texture {
 
 fn draw(frame: &mut Framebuffer<Vec4>, viewport: Viewport, (vertices, faces): &Scene) {
     let texture = picture();
-    ZBufferRenderer::new(viewport).draw(frame, Mesh::new(vertices, faces), |fragment| {
-        texture.sample_footprint(&fragment.footprint(0, 1))
-    });
+    ZBufferRenderer::new(viewport).draw(
+        frame,
+        Mesh::new(vertices, faces),
+        dynamic(|fragment| texture.sample_footprint(&fragment.footprint(0, 1))),
+    );
 }
 
 /// To the bit, colours and depths, in one strip and in many.
@@ -70,7 +73,7 @@ fn many_points_see_the_area() {
                         let ndc = vec4(x as f32 / 3.0 - 1.0, 1.0 - y as f32 / 2.5, 0.5, 1.0);
                         Vertex::new(moved * ndc, [])
                     });
-                    ZBufferRenderer::new(frame.viewport()).draw(frame, &vertices, |_| 1.0);
+                    ZBufferRenderer::new(frame.viewport()).draw(frame, &vertices, dynamic(|_| 1.0));
                 });
             for (i, &part) in (0..).zip(found.expect("pixels").color()) {
                 let area = area_in_pixel(&corners, f64::from(i % 6), f64::from(i / 6));
@@ -130,8 +133,11 @@ fn points_lie_evenly_around_the_centre() {
             Framebuffer::supersampled_by_points((8, 4), count, Vec3::ZERO, |frame, moved| {
                 let quad = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)]
                     .map(|(x, y)| Vertex::new(moved * vec4(x, y, 0.5, 1.0), [4.0 * x, -2.0 * y]));
-                ZBufferRenderer::new(frame.viewport())
-                    .draw(frame, &quad, |fragment| Vec2::from(fragment.params).extend(1.0));
+                ZBufferRenderer::new(frame.viewport()).draw(
+                    frame,
+                    &quad,
+                    dynamic(|fragment| Vec2::from(fragment.params).extend(1.0)),
+                );
             });
         for (i, mean) in (0..).zip(mean.expect("pixels").color()) {
             // In pixels from the middle of the picture.

@@ -1,6 +1,7 @@
 //! Filters, mip chains and stored formats against arithmetic in `f64` that is written from the
 //! definitions: areas by overlap, cubics by their formula, levels by logarithms.
 
+use crate::common::dynamic;
 use glam::{DVec2, DVec4, Vec2, Vec3, Vec4, vec2};
 use polyscan::color::{Color, decode};
 use polyscan::texture::{Cubic, Filter, Format, MipFilter, Samples, Texture, Wrap};
@@ -639,10 +640,12 @@ fn paints_are_what_samples_are() {
             let mut by_paints = Framebuffer::new(150, 90, $clear).expect("a small size");
             let mut by_samples = by_paints.clone();
             let mut renderer = ZBufferRenderer::new(by_paints.viewport());
-            renderer.draw(&mut by_paints, mesh, |f| texture(f).paint(f.footprint(0, 1)));
-            renderer.draw(&mut by_samples, mesh, |f| {
-                $color(texture(f).sample_footprint(&f.footprint(0, 1)))
-            });
+            renderer.draw(&mut by_paints, mesh, dynamic(|f| texture(f).paint(f.footprint(0, 1))));
+            renderer.draw(
+                &mut by_samples,
+                mesh,
+                dynamic(|f| $color(texture(f).sample_footprint(&f.footprint(0, 1)))),
+            );
             assert!(by_paints.color().iter().any(|color| *color != by_paints.color()[0]));
             assert_eq!(by_paints.color(), by_samples.color());
             assert_eq!(by_paints.depth(), by_samples.depth());

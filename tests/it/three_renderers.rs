@@ -15,7 +15,7 @@ use crate::common::crossing::{
 };
 use crate::common::generators::{self, Rng};
 use crate::common::oracle::{self, Position, Window};
-use crate::common::{LONG_SEED, in_threads, tally};
+use crate::common::{LONG_SEED, dynamic, in_threads, tally};
 use glam::{Quat, Vec2, Vec3, Vec4};
 use polyscan::{BspTree, ClipSpace, Framebuffer, PainterRenderer, ScanlineRenderer, Vertex};
 
@@ -93,8 +93,11 @@ fn by_scanline(scene: &Scene, vertices: &[Vertex<2>], view: &View) -> Framebuffe
     let mut renderer = ScanlineRenderer::new(frame.viewport());
     renderer.settings.clip_space = view.clip_space;
     renderer.settings.depth = view.depth_mode();
-    renderer
-        .draw(&mut frame, polyscan::Mesh::new(vertices, &scene.faces), |f| Some(Some(layer(f))));
+    renderer.draw(
+        &mut frame,
+        polyscan::Mesh::new(vertices, &scene.faces),
+        dynamic(|f| Some(Some(layer(f)))),
+    );
     frame
 }
 
@@ -104,7 +107,7 @@ fn by_painter(tree: &BspTree<2>, view: &View) -> Framebuffer<Option<Layer>> {
     painter.settings.clip_space = view.clip_space;
     painter.settings.depth = view.depth_mode();
     painter.depth_write = true;
-    painter.draw(&mut frame, tree.seen_by(view.matrix), |f| Some(Some(layer(f))));
+    painter.draw(&mut frame, tree.seen_by(view.matrix), dynamic(|f| Some(Some(layer(f)))));
     frame
 }
 

@@ -5,7 +5,7 @@
 
 use crate::common::generators::{self, Rng, Shape};
 use crate::common::oracle::{self, Depth, FillRule, Position, Sample, Window};
-use crate::common::{LONG_SEED, in_threads, tally, vertices, viewport};
+use crate::common::{LONG_SEED, dynamic, in_threads, tally, vertices, viewport};
 use glam::vec4;
 use polyscan::render::{
     MultisampleFramebuffer, MultisampleRenderer, Product, Samples, Visibility, VisibilityRenderer,
@@ -108,7 +108,7 @@ fn check_faces(seed: u64) -> Seen {
     let mut seen = Visibility::new(WINDOW.width, WINDOW.height, &[]).expect("a small buffer");
     VisibilityRenderer::new(seen.viewport()).draw(&mut seen, scene.mesh());
     let mut frame = Framebuffer::new(WINDOW.width, WINDOW.height, u32::MAX).expect("small");
-    ZBufferRenderer::new(frame.viewport()).draw(&mut frame, scene.mesh(), |f| f.face);
+    ZBufferRenderer::new(frame.viewport()).draw(&mut frame, scene.mesh(), dynamic(|f| f.face));
     assert_eq!(seen.face, frame.color(), "seed {seed}");
     assert_eq!(seen.depth, frame.depth(), "seed {seed}");
     let mut tally = Seen::default();
@@ -232,7 +232,7 @@ fn check_samples(seed: u64) -> Seen {
     assert_eq!((seen.samples(), seen.layers()), (Some(samples), 1));
     let mut frame = MultisampleFramebuffer::new(width, height, samples, Visibility::NO_FACE)
         .expect("a small frame");
-    MultisampleRenderer::new(frame.viewport()).draw(&mut frame, scene.mesh(), |f| f.face);
+    MultisampleRenderer::new(frame.viewport()).draw(&mut frame, scene.mesh(), dynamic(|f| f.face));
     for (i, (&face, &depth)) in seen.face.iter().zip(&seen.depth).enumerate() {
         let (sample, pixel) = (i % samples.count(), (i / samples.count()) as u32);
         let found = frame.sample(pixel % width, pixel / width, sample);

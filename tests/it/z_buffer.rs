@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common::generators::{self, Rng};
-use crate::common::vertices;
+use crate::common::{dynamic, dynamic_blocks, vertices};
 use glam::vec4;
 use polyscan::render::{Additive, Over};
 use polyscan::{
@@ -62,7 +62,7 @@ fn check_comparison(mode: DepthMode, test: DepthTest, z: f32, pass: bool) {
         let mut renderer = ZBufferRenderer::new(frame.viewport());
         renderer.settings.depth = mode;
         (renderer.depth_test, renderer.depth_write) = (test, depth_write);
-        renderer.draw(&mut frame, &square(z), |_| 1);
+        renderer.draw(&mut frame, &square(z), dynamic(|_| 1));
         let color = u32::from(pass);
         let depth = if pass && depth_write { z } else { 0.5 };
         assert!(frame.color().iter().all(|&c| c == color), "{mode:?}, {test:?} at {z}");
@@ -115,7 +115,7 @@ fn the_depth_range_and_reversed_depth() {
         assert_eq!(frame.pixel(3, 1), Some((0, mode.farthest())));
         frame.clear(0, 0.0);
         for (z, color) in [(0.75, 1), (0.25, 2), (0.5, 3)] {
-            renderer.draw(&mut frame, &square(z), |_| color);
+            renderer.draw(&mut frame, &square(z), dynamic(|_| color));
         }
         assert_eq!(frame.pixel(3, 1), Some((2, 0.75)), "{mode:?}");
         assert_eq!(frame.pixel(20, 1), None);
@@ -129,7 +129,7 @@ fn visible(mode: DepthMode, scene: &[Vec<Vertex<0>>]) -> Vec<usize> {
     renderer.settings.depth = mode;
     renderer.clear(&mut frame, usize::MAX);
     for (number, polygon) in scene.iter().enumerate() {
-        renderer.draw(&mut frame, polygon, |_| number);
+        renderer.draw(&mut frame, polygon, dynamic(|_| number));
     }
     frame.color().to_vec()
 }
@@ -168,10 +168,14 @@ fn a_mesh_is_drawn_face_by_face() {
     let mut renderer = ZBufferRenderer::new(frame.viewport());
     let shaded = AtomicUsize::new(0);
     let faces: [&[u32]; 4] = [&[0, 1, 2], &[0, 2, 3], &[0, 1, 7], &[0, 1]];
-    renderer.draw(&mut frame, polyscan::Mesh::new(&vertices, faces), |_| {
-        shaded.fetch_add(1, Ordering::Relaxed);
-        '#'
-    });
+    renderer.draw(
+        &mut frame,
+        polyscan::Mesh::new(&vertices, faces),
+        dynamic(|_| {
+            shaded.fetch_add(1, Ordering::Relaxed);
+            '#'
+        }),
+    );
     assert_eq!(shaded.into_inner(), 40, "the two triangles share an edge and nothing else");
     assert!(frame.color().iter().all(|&c| c == '#'));
 }
@@ -187,16 +191,24 @@ fn a_fragment_knows_its_face() {
     let faces: [&[u32]; 4] = [&[0, 1, 9], &[0, 1, 2, 3], &[1, 2], &[1, 4, 5]];
     let mut frame = frame(u32::MAX);
     let mut renderer = ZBufferRenderer::new(frame.viewport());
-    renderer.draw(&mut frame, polyscan::Mesh::new(&vertices, faces), |fragment| fragment.face);
+    renderer.draw(
+        &mut frame,
+        polyscan::Mesh::new(&vertices, faces),
+        dynamic(|fragment| fragment.face),
+    );
     assert_eq!(frame.pixel(5, 1).map(|(face, _)| face), Some(1));
     assert_eq!(frame.pixel(12, 1).map(|(face, _)| face), Some(3));
     let by_fragments = frame.clone();
     frame.clear(u32::MAX, 1.0);
-    renderer.draw_blocks(&mut frame, polyscan::Mesh::new(&vertices, faces), |block, colors| {
-        *colors = [block.face; polyscan::fragment::LANES];
-    });
+    renderer.draw_blocks(
+        &mut frame,
+        polyscan::Mesh::new(&vertices, faces),
+        dynamic_blocks(|block, colors| {
+            *colors = [block.face; polyscan::fragment::LANES];
+        }),
+    );
     assert_eq!(frame, by_fragments);
-    renderer.draw(&mut frame, &square(0.25), |fragment| fragment.face);
+    renderer.draw(&mut frame, &square(0.25), dynamic(|fragment| fragment.face));
     assert!(frame.color().iter().all(|&face| face == 0));
 }
 

@@ -14,6 +14,7 @@ use polyscan::{
 };
 
 use super::generators::Rng;
+use crate::common::dynamic;
 
 pub(crate) const WIDTH: u32 = 64;
 pub(crate) const HEIGHT: u32 = 48;
@@ -198,8 +199,11 @@ pub(crate) fn by_z_buffer(
     let mut renderer = ZBufferRenderer::new(frame.viewport());
     renderer.settings.clip_space = view.clip_space;
     renderer.settings.depth = view.depth_mode();
-    renderer
-        .draw(&mut frame, polyscan::Mesh::new(vertices, &scene.faces), |f| Some(Some(layer(f))));
+    renderer.draw(
+        &mut frame,
+        polyscan::Mesh::new(vertices, &scene.faces),
+        dynamic(|f| Some(Some(layer(f)))),
+    );
     frame
 }
 

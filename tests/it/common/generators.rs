@@ -13,7 +13,7 @@ mod difficult;
 mod outlines;
 mod meshes;
 
-use super::oracle::Position;
+use super::oracle::{Position, Window};
 
 pub(crate) use difficult::{far_outside, integer_triangle, on_pixel_centres, sliver, surrounding};
 pub(crate) use meshes::{cut_grid, fan, floor, jittered_grid, split_quad, whole_grid};
@@ -41,6 +41,20 @@ impl Mesh {
     /// The faces as polygons.
     pub(crate) fn polygons(&self) -> Vec<Vec<Position>> {
         self.faces.iter().map(|face| face.iter().map(|&i| self.positions[i]).collect()).collect()
+    }
+}
+
+/// A polygon of one of seven kinds: stars, tangles, slivers, centres of pixels, through the eye, and by any other
+/// number triangles.
+pub(crate) fn of_kind(rng: &mut Rng, kind: usize, window: Window, sides: usize) -> Vec<Position> {
+    match kind {
+        0 => star(rng, window, sides),
+        1 => crossed_star(rng, window, 2 * sides + 1, 2),
+        2 => tangle(rng, window, sides),
+        3 => sliver(rng, window, 0.3, 10.0),
+        4 => on_pixel_centres(rng, window, sides),
+        5 => through_eye::<0>(rng, sides).positions,
+        _ => random_triangle::<0>(rng, 20.0, 1.5).positions,
     }
 }
 

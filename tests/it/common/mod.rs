@@ -3,6 +3,7 @@
 pub(crate) mod crossing;
 pub(crate) mod generators;
 pub(crate) mod oracle;
+mod shaders;
 
 use std::fmt;
 use std::ops::{Add, Range};
@@ -12,6 +13,7 @@ use generators::Shape;
 use glam::Vec4;
 use oracle::{Position, Window};
 use polyscan::{ScanConverter, Vertex, Viewport};
+pub(crate) use shaders::{dynamic, dynamic_blocks, dynamic_blocks_mut, dynamic_mut};
 
 /// The vertices of a shape from the generators.
 pub(crate) fn vertices<const N: usize>(shape: &Shape<N>) -> Vec<Vertex<N>> {

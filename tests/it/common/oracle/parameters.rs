@@ -3,7 +3,9 @@
 use std::array::from_fn;
 use std::ops::Neg;
 
-use num_traits::Num;
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{Num, One};
 
 use super::clipping::rational;
 use super::projection::nearest;
@@ -11,20 +13,20 @@ use super::{Depth, Position, Window};
 
 /// What the plane of a polygon holds where the ray through one point of the screen meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sample<const N: usize, T = f64> {
+pub(crate) struct Sample<const N: usize> {
     /// The weights of the three vertices. They sum to 1; outside the triangle one is negative.
-    pub(crate) barycentric: [T; 3],
+    pub(crate) barycentric: [f64; 3],
     /// w, interpolated as the parameters are. Not positive where the ray meets the plane behind the
     /// eye.
-    pub(crate) w: T,
+    pub(crate) w: f64,
     /// z/w, before the viewport's depth range: see [`window_depth`].
-    pub(crate) z_over_w: T,
+    pub(crate) z_over_w: f64,
     /// The parameters.
-    pub(crate) values: [T; N],
+    pub(crate) values: [f64; N],
     /// Their derivatives per pixel to the right.
-    pub(crate) dx: [T; N],
+    pub(crate) dx: [f64; N],
     /// Their derivatives per pixel down.
-    pub(crate) dy: [T; N],
+    pub(crate) dy: [f64; N],
 }
 
 impl<const N: usize> Sample<N> {
@@ -63,13 +65,21 @@ pub(crate) fn sample<const N: usize>(
     window: Window,
     point: [f64; 2],
 ) -> Option<Sample<N>> {
-    let size = [window.width, window.height].map(f64::from);
-    meet(
+    let met = meet(
         triple.map(|i| polygon[i].map(f64::from)),
         triple.map(|i| parameters[i].map(f64::from)),
-        point,
-        size,
-    )
+        [point, [window.width, window.height].map(f64::from)],
+        1.0,
+    )?;
+    let total = met.total;
+    Some(Sample {
+        barycentric: met.weights.map(|weight| weight / total),
+        w: met.w / total,
+        z_over_w: met.z / met.w,
+        values: met.values.map(|value| value / total),
+        dx: met.dx.map(|change| change / (total * total)),
+        dy: met.dy.map(|change| change / (total * total)),
+    })
 }
 
 /// The same in rational numbers, rounded to f64 at the very end: the last word.
@@ -80,68 +90,91 @@ pub(crate) fn sample_exact<const N: usize>(
     window: Window,
     point: [f64; 2],
 ) -> Option<Sample<N>> {
-    let number = |value: f32| rational(f64::from(value));
-    let (vertices, values) =
-        (triple.map(|i| polygon[i].map(number)), triple.map(|i| parameters[i].map(number)));
-    let size = [window.width, window.height].map(|size| rational(f64::from(size)));
-    let met = meet(vertices, values, point.map(rational), size)?;
+    let (vertices, unit) = whole(triple.map(|i| polygon[i]).map(|p| p.map(f64::from)));
+    let (parameters, unit_of_values) = whole(triple.map(|i| parameters[i].map(f64::from)));
+    let (screen, pixel) = whole([point, [window.width, window.height].map(f64::from)]);
+    let met = meet(vertices, parameters, screen, pixel)?;
+    // Not reduced, which would take longer than all the rest.
+    let ratio = |a: &BigInt, b: &BigInt| nearest(&BigRational::new_raw(a.clone(), b.clone()));
+    let of_values = &met.total * unit_of_values;
+    let of_changes = &met.total * &of_values;
     Some(Sample {
-        barycentric: met.barycentric.map(|c| nearest(&c)),
-        w: nearest(&met.w),
-        z_over_w: nearest(&met.z_over_w),
-        values: met.values.map(|c| nearest(&c)),
-        dx: met.dx.map(|c| nearest(&c)),
-        dy: met.dy.map(|c| nearest(&c)),
+        barycentric: met.weights.map(|weight| ratio(&weight, &met.total)),
+        w: ratio(&met.w, &(&met.total * unit)),
+        z_over_w: ratio(&met.z, &met.w),
+        values: met.values.map(|value| ratio(&value, &of_values)),
+        dx: met.dx.map(|change| ratio(&change, &of_changes)),
+        dy: met.dy.map(|change| ratio(&change, &of_changes)),
     })
 }
 
-/// Meets the ray of the screen point with the plane of three vertices.
+/// Whole numbers in the proportions of some values, and the one that stands for 1.
+fn whole<const A: usize, const B: usize>(values: [[f64; A]; B]) -> ([[BigInt; A]; B], BigInt) {
+    let exact = values.map(|values| values.map(rational));
+    // All denominators are powers of two, and divide the largest.
+    let largest = exact.as_flattened().iter().map(BigRational::denom).max();
+    let unit = largest.cloned().unwrap_or_else(BigInt::one);
+    (exact.map(|values| values.map(|value| (value * &unit).to_integer())), unit)
+}
+
+/// What the plane of three vertices holds on a ray, as numerators, so that whole numbers remain whole.
+struct Met<const N: usize, T> {
+    /// Over `total`: the barycentric coordinates.
+    weights: [T; 3],
+    total: T,
+    /// Over `total`.
+    w: T,
+    /// Over `w`.
+    z: T,
+    /// Over `total`.
+    values: [T; N],
+    /// Over the square of `total`.
+    dx: [T; N],
+    dy: [T; N],
+}
+
+/// Meets the ray of a point of the screen with the plane of three vertices. `screen` is the point and the
+/// screen's size, and `pixel` a pixel's length, in any one unit.
 ///
-/// The ray is where x = X w and y = Y w, (X, Y) being the point in normalized device coordinates.
-/// For every vertex u = x - X w and v = y - Y w say how far it is off the ray. The weights that
-/// bring both to 0 at once are orthogonal to (u) and (v), so they are their cross product, up to
-/// the scale that makes them sum to 1. Whatever is affine on the plane is the mean under these
-/// weights. One pixel to the right X grows by 2/width, one pixel down Y shrinks by 2/height: the
+/// The ray is where x = X w and y = Y w, (X, Y) being the point in normalized device coordinates:
+/// X = 2 px / width - 1 and Y = 1 - 2 py / height.
+/// For every vertex u = (x - X w) width and v = (y - Y w) height say how far it is off the ray. The
+/// weights that bring both to 0 at once are orthogonal to (u) and (v), so they are their cross product, up
+/// to the scale that makes them sum to 1. Whatever is affine on the plane is the mean under these
+/// weights. One pixel to the right u shrinks by 2 w, one pixel down v grows by 2 w: the
 /// derivatives follow by the product rule in the weights and the quotient rule in the mean.
 fn meet<T: Num + Clone + Neg<Output = T>, const N: usize>(
     vertices: [[T; 4]; 3],
     parameters: [[T; N]; 3],
-    point: [T; 2],
-    size: [T; 2],
-) -> Option<Sample<N, T>> {
+    [point, size]: [[T; 2]; 2],
+    pixel: T,
+) -> Option<Met<N, T>> {
     let [x, y, z, w]: [[T; 3]; 4] = from_fn(|k| from_fn(|i| vertices[i][k].clone()));
-    let two = || T::one() + T::one();
-    let [pixel_x, pixel_y] = size.map(|size| two() / size);
-    let [point_x, point_y] = point;
-    let (ray_x, ray_y) =
-        (pixel_x.clone() * point_x - T::one(), T::one() - pixel_y.clone() * point_y);
-
-    let u = from_fn(|i| x[i].clone() - ray_x.clone() * w[i].clone());
-    let v = from_fn(|i| y[i].clone() - ray_y.clone() * w[i].clone());
+    let twice = |value: T| value.clone() + value;
+    let [point_x, point_y] = point.map(twice);
+    let [width, height] = size;
+    let (ray_x, ray_y) = (point_x - width.clone(), height.clone() - point_y);
+    let u = from_fn(|i| x[i].clone() * width.clone() - ray_x.clone() * w[i].clone());
+    let v = from_fn(|i| y[i].clone() * height.clone() - ray_y.clone() * w[i].clone());
     let weights = cross(&u, &v);
-    let weights_dx = cross(&w.clone().map(|w| -(pixel_x.clone() * w)), &v);
-    let weights_dy = cross(&u, &w.clone().map(|w| pixel_y.clone() * w));
+    let change = w.clone().map(|w| twice(pixel.clone() * w));
+    let weights_dx = cross(&change.clone().map(|change| -change), &v);
+    let weights_dy = cross(&u, &change);
 
     let total = sum(&weights);
-    let w_total = mix(&weights, &w);
-    if total.is_zero() || w_total.is_zero() {
+    let w = mix(&weights, &w);
+    if total.is_zero() || w.is_zero() {
         return None;
     }
     let per_parameter: [[T; 3]; N] = from_fn(|n| from_fn(|i| parameters[i][n].clone()));
-    let values: [T; N] = from_fn(|n| mix(&weights, &per_parameter[n]) / total.clone());
+    let values: [T; N] = from_fn(|n| mix(&weights, &per_parameter[n]));
     let derivative = |change: &[T; 3]| {
         from_fn(|n| {
-            (mix(change, &per_parameter[n]) - values[n].clone() * sum(change)) / total.clone()
+            mix(change, &per_parameter[n]) * total.clone() - values[n].clone() * sum(change)
         })
     };
-    Some(Sample {
-        dx: derivative(&weights_dx),
-        dy: derivative(&weights_dy),
-        w: w_total.clone() / total.clone(),
-        z_over_w: mix(&weights, &z) / w_total,
-        barycentric: weights.map(|weight| weight / total.clone()),
-        values,
-    })
+    let (dx, dy) = (derivative(&weights_dx), derivative(&weights_dy));
+    Some(Met { w, z: mix(&weights, &z), weights, total, values, dx, dy })
 }
 
 pub(super) fn cross<T: Num + Clone>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
