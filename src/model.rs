@@ -9,6 +9,7 @@
 //! - `model::join` lets equal corners share a `model::vertex`, unless their `model::hands` differ;
 //! - `model::faces` keeps polygons by their `model::material`s, whose colours that module has, and `model::maps` what other
 //!   pictures say;
+//! - `model::dice` makes geometry of displacement maps;
 //! - `model::also` shows what a loader warned of where there is no model.
 
 use glam::{DVec3, Mat4, Vec3, Vec4};
@@ -29,6 +30,7 @@ mod fans;
 mod normals;
 mod hands;
 mod join;
+mod dice;
 
 pub use self::faces::Face;
 pub use self::material::{AlphaMode, Material, TextureMapping};
@@ -208,12 +210,14 @@ impl Model {
         positions.clone().reduce(Vec3::min).zip(positions.reduce(Vec3::max))
     }
 
-    /// A small sphere that holds all vertices; `None` if there are none.
+    /// A small sphere that holds all vertices, as far as displacement maps may move them; `None` if there are none.
     ///
-    /// It is computed at each call, from all vertices.
+    /// It is computed at each call, from all vertices and all texels of displacement maps.
     #[must_use]
     pub fn bounding_sphere(&self) -> Option<Sphere> {
-        Sphere::around(self.positions())
+        let Sphere { centre, radius } = Sphere::around(self.positions())?;
+        let most = self.materials.iter().map(|m| m.most_displacement(&self.textures));
+        Some(Sphere { centre, radius: radius + most.fold(0.0, f32::max) })
     }
 
     /// A camera that sees the whole model, for pictures whose width is `aspect` times their height.

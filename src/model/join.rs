@@ -52,7 +52,7 @@ pub(super) fn join(
     }
     let has_uv = has_uv(&corners);
     let Corners { ends, material_ends, .. } = corners;
-    (vertices, FacesByMaterial { indices, ends, has_uv, material_ends })
+    (vertices, FacesByMaterial { indices, ends, has_uv, sources: Vec::new(), material_ends })
 }
 
 /// For each face, whether the file gives a texture coordinate at every corner.
