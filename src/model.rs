@@ -80,7 +80,7 @@ impl Model {
         model
     }
 
-    /// Gives all vertices their tangents.
+    /// Gives those vertices tangents that have none from the file.
     fn find_tangents(&mut self) {
         let of = |vertex: &ModelVertex| TangentVertex {
             position: vertex.position,
@@ -90,7 +90,9 @@ impl Model {
         let vertices: Vec<_> = self.vertices.iter().map(of).collect();
         let tangents = tangents(&vertices, self.faces().filter(|face| face.has_uv));
         for (vertex, tangent) in self.vertices.iter_mut().zip(tangents) {
-            vertex.tangent = tangent;
+            if vertex.tangent.truncate() == Vec3::ZERO {
+                vertex.tangent = tangent;
+            }
         }
     }
 
