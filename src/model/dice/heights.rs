@@ -178,8 +178,10 @@ impl<'a> Heights<'a> {
 /// Footprints as a block.
 fn block_of(footprints: impl Iterator<Item = Footprint>) -> FootprintBlock {
     let mut block = FootprintBlock::default();
-    for (lane, footprint) in footprints.enumerate().take(LANES) {
-        block.set(lane, &footprint);
+    for (lane, Footprint { uv, dx, dy }) in footprints.enumerate().take(LANES) {
+        for (lanes, value) in [(&mut block.uv, uv), (&mut block.dx, dx), (&mut block.dy, dy)] {
+            [lanes[0][lane], lanes[1][lane]] = value.to_array();
+        }
     }
     block
 }
