@@ -151,15 +151,19 @@ impl Model {
     }
 }
 
-/// The new index of a vertex that stays, which is added at its first use.
+/// The new index of a vertex that stays, which is added at its first use. That of one which is not there is not there.
 fn kept(
     all: &[ModelVertex],
     index: u32,
     index_of: &mut [Option<u32>],
     vertices: &mut Vec<ModelVertex>,
 ) -> u32 {
-    *index_of[index as usize].get_or_insert_with(|| {
-        vertices.push(all[index as usize]);
+    let (Some(new), Some(vertex)) = (index_of.get_mut(index as usize), all.get(index as usize))
+    else {
+        return u32::MAX;
+    };
+    *new.get_or_insert_with(|| {
+        vertices.push(*vertex);
         vertices.len() as u32 - 1
     })
 }

@@ -16,8 +16,8 @@ pub enum MipFilter {
     /// slanted footprint is blurred.
     Linear,
     /// As many trilinear samples along the longer axis of the footprint's ellipse as it is longer than
-    /// the shorter one, or up to 1.28 times as many where the pixel lies askew to it, at most `probes`, which counts from 1 to
-    /// 64: sharp where a plane is seen at a slant. They weigh as the sections of the pixel across the axis.
+    /// the shorter one, at most `probes`, which counts from 1 to 64: sharp where a plane is seen at a
+    /// slant. They weigh as the sections of the pixel across the axis.
     Anisotropic {
         /// The most samples.
         probes: u32,
@@ -125,7 +125,12 @@ impl Sides {
         let direction = if length > 0.0 { axis / length } else { Vec2::X };
         let minor = if major > 0.0 { dx.perp_dot(dy).abs() / major } else { 0.0 };
         let (x, y) = (dx.dot(direction).abs() / major, dy.dot(direction).abs() / major);
-        let boxes = if x > y { [x, y] } else { [y, x] };
+        let [wide, narrow] = if x > y { [x, y] } else { [y, x] };
+        // Of a circle, any direction is an axis: from there on the trapezoid begins as the box of the pixel's own size.
+        let part = major / minor - 1.0;
+        let part = if part > 0.0 { part } else { 0.0 };
+        let part = if part < 1.0 { part } else { 1.0 };
+        let boxes = [1.0 + (wide - 1.0) * part, narrow * part];
         Ellipse { direction, major, minor, boxes }
     }
 }
@@ -155,7 +160,6 @@ impl Ellipse {
         let most = most.clamp(1, MOST_PROBES) as f32;
         // NaN, of nothing by nothing, is a circle as well.
         let ratio = self.major / self.minor - ROUND;
-        let ratio = ratio * self.length();
         let ratio = if ratio > 1.0 { ratio } else { 1.0 };
         let count = if ratio < most { ratio.ceil() } else { most };
         (count as u32, log2(self.major / count))

@@ -424,6 +424,13 @@ fn any_input_is_safe() {
         check(&changed, matrix, viewports[1], 4.0);
     }
     check(&plain, matrix, viewports[1], f32::NAN);
+    // Faces that have lost vertices stay, and have none.
+    let mut changed = plain.clone();
+    changed.vertices.truncate(10);
+    let diced = changed.displaced(matrix, viewports[1], 4.0);
+    assert!(diced.face_count() > 100);
+    let there = |face: Face<'_>| face.indices.iter().all(|&i| (i as usize) < diced.vertices.len());
+    assert!(diced.faces().filter(|face| !there(*face)).count() < 6);
 }
 
 /// What would take too many triangles takes larger ones.

@@ -76,7 +76,8 @@ impl Base {
     /// The net of a model; `None` if no face has heights.
     pub(super) fn of(model: &Model, heights: &Heights<'_>) -> Option<Self> {
         let is_finite = |face: &Face<'_>| {
-            face.indices.iter().all(|&index| is_finite(&model.vertices[index as usize]))
+            let vertex = |index: u32| model.vertices.get(index as usize);
+            face.indices.iter().all(|&index| vertex(index).is_some_and(is_finite))
         };
         let is_diced =
             |face: &Face<'_>| heights.has(face.material) && face.has_uv && is_finite(face);
