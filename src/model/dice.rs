@@ -92,11 +92,22 @@ impl Model {
         viewport: Viewport,
         edge: f32,
     ) -> Cow<'_, Self> {
+        self.displaced_within(clip_from_object, viewport, edge, MOST_PIECES)
+    }
+
+    /// The same with so many pieces at the most, or as many as the faces need.
+    fn displaced_within(
+        &self,
+        clip_from_object: Mat4,
+        viewport: Viewport,
+        edge: f32,
+        most: usize,
+    ) -> Cow<'_, Self> {
         let heights = Heights::of(&self.materials, &self.textures);
         let Some(base) = Base::of(self, &heights) else { return Cow::Borrowed(self) };
         let mut sight = Sight::new(clip_from_object, viewport, heights.most());
         sight.edge = if sight.is_usable() { edge.max(SHORTEST) } else { f32::INFINITY };
-        let net = diced_within(&base.net, &mut sight, &heights);
+        let net = diced_within(&base.net, &mut sight, &heights, most);
         Cow::Owned(self.with_pieces(&base, net, &sight, &heights))
     }
 
@@ -170,25 +181,25 @@ fn kept(
 
 /// The net with edges that are short enough, or that have been made so much longer that it has no more than the most
 /// pieces.
-fn diced_within(net: &Net, sight: &mut Sight, heights: &Heights<'_>) -> Net {
-    if let Some(net) = diced(net.clone(), sight, heights) {
+fn diced_within(net: &Net, sight: &mut Sight, heights: &Heights<'_>, most: usize) -> Net {
+    if let Some(net) = diced(net.clone(), sight, heights, most) {
         return net;
     }
     // Edges of half the length make four times as many pieces, if these are more than the faces.
-    let enough = 8 * net.waiting.len().max(1024);
+    let enough = 8 * net.waiting.len();
     let shortest = sight.edge;
     sight.edge *= 65_536.0;
     let count = loop {
-        let count = diced(net.clone(), sight, heights).map_or(MOST_PIECES, |net| net.done.len());
+        let count = diced(net.clone(), sight, heights, most).map_or(most, |net| net.done.len());
         if count >= enough || sight.edge <= shortest {
             break count;
         }
         sight.edge *= 0.5;
     };
-    sight.edge *= (count as f32 / (MOST_PIECES / 2) as f32).sqrt();
+    sight.edge *= (count as f32 / (most / 2) as f32).sqrt();
     let mut growth = SQRT_2;
     loop {
-        if let Some(net) = diced(net.clone(), sight, heights) {
+        if let Some(net) = diced(net.clone(), sight, heights, most) {
             return net;
         }
         (sight.edge, growth) = (sight.edge * growth, growth * growth);
@@ -196,8 +207,8 @@ fn diced_within(net: &Net, sight: &mut Sight, heights: &Heights<'_>) -> Net {
 }
 
 /// The net with edges that are short enough; `None` if it would have too many pieces.
-fn diced(mut net: Net, sight: &Sight, heights: &Heights<'_>) -> Option<Net> {
-    let most = MOST_PIECES.max(net.waiting.len());
+fn diced(mut net: Net, sight: &Sight, heights: &Heights<'_>, most: usize) -> Option<Net> {
+    let most = most.max(net.waiting.len());
     heights.place(&mut net, (0, 0), sight);
     while !net.waiting.is_empty() {
         let before = (net.points.len(), net.corners.len());
@@ -210,4 +221,31 @@ fn diced(mut net: Net, sight: &Sight, heights: &Heights<'_>) -> Option<Net> {
         net.cut_triangles();
     }
     Some(net)
+}
+
+#[cfg(all(test, feature = "obj"))]
+mod tests {
+    use glam::Vec4;
+
+    use super::*;
+    use crate::texture::Texture;
+
+    /// What would take too many pieces takes larger ones, of the size that the number allows.
+    #[test]
+    fn dicing_is_bounded() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("square.obj");
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+        std::fs::write(&path, text).expect("a file");
+        let mut model = Model::load(&path).expect("a model").model;
+        model.textures.push(Texture::from_fn(1, 1, |_, _| Vec4::splat(0.1)).expect("a texel"));
+        model.materials[0].displacement_texture = Some(0);
+        let matrix = model.camera(1.0).clip_from_object();
+        let viewport = Viewport::new(20_000, 20_000).expect("a size");
+        for most in [1, 2, 3, 100, 5000, 50_000] {
+            let diced = model.displaced_within(matrix, viewport, 1.0, most);
+            let (least, most) = (most / 8, most.max(2));
+            assert!((least..=most).contains(&diced.face_count()), "{}", diced.face_count());
+        }
+    }
 }

@@ -307,8 +307,6 @@ impl<F: Fetch> Chain<'_, F> {
         let (mut oblong, mut all) = ([false; LANES], 0);
         for (lane, oblong) in oblong.iter_mut().enumerate() {
             *oblong = !self.sides(of, lane).are_round();
-        }
-        for (lane, oblong) in oblong.iter().enumerate() {
             all |= u32::from(*oblong) << lane;
         }
         if all & mask == 0 {
@@ -318,16 +316,16 @@ impl<F: Fetch> Chain<'_, F> {
         if !all & mask != 0 {
             probes = self.middles(of);
         }
-        for lane in 0..LANES {
+        for (lane, is_oblong) in oblong.into_iter().enumerate() {
             let ellipse = self.sides(of, lane).ellipse();
             let (count, lambda) = ellipse.probes(most);
-            if oblong[lane] {
-                (probes.counts[lane], probes.lambdas[lane]) = (count, self.how.adjusted(lambda));
-            }
             let (axis, weights) = ellipse.axis();
             let along = axis / self.size();
             [probes.along[0][lane], probes.along[1][lane]] = along.to_array();
-            probes.weights[lane] = if oblong[lane] { weights } else { Weights::ALIKE };
+            if is_oblong {
+                (probes.counts[lane], probes.lambdas[lane]) = (count, self.how.adjusted(lambda));
+                probes.weights[lane] = weights;
+            }
         }
         for_lanes(mask, |lane| probes.most = probes.most.max(probes.counts[lane]));
         probes

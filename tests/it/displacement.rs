@@ -432,14 +432,3 @@ fn any_input_is_safe() {
     let there = |face: Face<'_>| face.indices.iter().all(|&i| (i as usize) < diced.vertices.len());
     assert!(diced.faces().filter(|face| !there(*face)).count() < 6);
 }
-
-/// What would take too many triangles takes larger ones.
-#[test]
-fn dicing_is_bounded() {
-    let [cube, _] = solids();
-    let model = model(&cube, constant(0.1));
-    let (matrix, _) = seen_whole(&model, 64);
-    let diced = model.displaced(matrix, viewport(20_000, 20_000), 1.0);
-    assert!((1 << 20..=1 << 23).contains(&diced.face_count()), "{}", diced.face_count());
-    assert_eq!(open_edges(&diced), 0);
-}

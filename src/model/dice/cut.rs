@@ -93,7 +93,11 @@ mod tests {
         for count in [3, 4, 5, 12, 200] {
             let comb = |i: usize| {
                 let i = i as f64;
-                DVec3::new(i, if i as usize % 2 == 0 { 9.0 } else { 1.0 + 0.01 * i * i }, 0.0)
+                DVec3::new(
+                    i,
+                    if (i as usize).is_multiple_of(2) { 9.0 } else { 1.0 + 0.01 * i * i },
+                    0.0,
+                )
             };
             let mut polygon: Vec<_> = (0..count).rev().map(comb).collect();
             polygon.push(DVec3::new(0.0, -5.0, 0.0));
