@@ -410,7 +410,7 @@ impl<'a> Drawing<'a> {
             for (sum, colors) in sums.iter_mut().zip(colors.chunks_exact(samples as usize)) {
                 *sum += colors.iter().sum::<Vec4>();
             }
-            if (row + 1) % samples != 0 {
+            if !(row + 1).is_multiple_of(samples) {
                 return Ok(());
             }
             for sum in &mut sums {
