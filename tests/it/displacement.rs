@@ -75,7 +75,7 @@ fn sheet(side: usize) -> String {
 
 /// The mean of four texels in f64, of a picture that repeats.
 fn bilinear(texture: &Texture, uv: DVec2) -> f64 {
-    let (width, height) = (texture.width() as i64, texture.height() as i64);
+    let (width, height) = (i64::from(texture.width()), i64::from(texture.height()));
     let at = uv * dvec2(width as f64, height as f64) - 0.5;
     let (corner, part) = (at.floor(), at - at.floor());
     let texel = |x: i64, y: i64| {
