@@ -60,8 +60,8 @@
 //! so probes weigh.
 //!
 //! So [`MipFilter::Anisotropic`] is the one to take, with 16 probes for planes to the horizon: it takes no
-//! more probes than a footprint is long. In blocks it costs four times what trilinear costs on a plane tilted
-//! by 80°, and little more on one that is seen face on. [`MipFilter::Ewa`] is some 40 times as slow as
+//! more probes than a footprint is long. In blocks it costs 5.6 times what trilinear costs on a plane tilted
+//! by 80°, and no more on one that is seen face on. [`MipFilter::Ewa`] is some 40 times as slow as
 //! trilinear there.
 //!
 //! ```
