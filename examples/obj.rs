@@ -21,7 +21,7 @@ use polyscan::obj::Loader;
 use polyscan::render::{Cap, Join, MultisampleFramebuffer, MultisampleRenderer, Samples};
 use polyscan::{
     Camera, Cull, DepthBias, Fragment, Framebuffer, Lines, Mesh, ScanlineRenderer, Vertex,
-    ZBufferRenderer,
+    Viewport, ZBufferRenderer,
 };
 
 mod cli;
@@ -109,6 +109,9 @@ fn render(
         draw_wireframe(&mut frame, model, &camera, wireframe);
         return Ok(frame.downsampled(SUPERSAMPLES)?);
     }
+    // Displacement maps become geometry, as fine as the pixels.
+    let viewport = Viewport::new(width, height)?;
+    let model = &*model.displaced(camera.clip_from_object(), viewport, 1.0);
     let vertices = studio::vertices(model, camera.clip_from_object());
     // Fragments know the number of their face, the list knows its material.
     let faces: Vec<Face<'_>> = model.faces().collect();

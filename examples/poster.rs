@@ -68,6 +68,8 @@ fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
     let (width, height) = options.size;
     let camera = options.view.turned(model.camera(width as f32 / height as f32));
     let lamp = Lamp::beside(&camera);
+    let viewport = Viewport::new(width, height)?;
+    let model = &*model.displaced(camera.clip_from_object(), viewport, 1.0);
     let vertices = studio::vertices(model, camera.clip_from_object());
     // Fragments know the number of their face, the list knows its material.
     let faces: Vec<Face<'_>> = model.faces().collect();
@@ -79,7 +81,7 @@ fn render(model: &Model, options: &Options) -> Result<(), Box<dyn Error>> {
     let bar = ProgressBar::new(height.into())
         .with_style(ProgressStyle::with_template("{bar:40} {percent}% of the rows, {eta} left")?);
     let mut file = PngFile::opaque(&options.output, width, height)?;
-    let mut renderer = ScanlineRenderer::new(Viewport::new(width, height)?);
+    let mut renderer = ScanlineRenderer::new(viewport);
     let background = Vec3::from([216, 226, 234].map(decode));
     let is_transparent = |face| model.materials[faces[face as usize].material].is_transparent();
     let mesh = Mesh::new(&vertices, &faces).with_transparent(&is_transparent);

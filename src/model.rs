@@ -9,6 +9,7 @@
 //! - `model::join` lets equal corners share a `model::vertex`, unless their `model::hands` differ;
 //! - `model::faces` keeps polygons by their `model::material`s, whose colours that module has, and `model::maps` what other
 //!   pictures say;
+//! - `model::dice` makes geometry of displacement maps;
 //! - `model::also` shows what a loader warned of where there is no model.
 
 use glam::{DVec3, Mat4, Vec3, Vec4};
@@ -29,6 +30,7 @@ mod fans;
 mod normals;
 mod hands;
 mod join;
+mod dice;
 
 pub use self::faces::Face;
 pub use self::material::{AlphaMode, Material, TextureMapping};
@@ -78,7 +80,7 @@ impl Model {
         model
     }
 
-    /// Gives all vertices their tangents.
+    /// Gives those vertices tangents that have none from the file.
     fn find_tangents(&mut self) {
         let of = |vertex: &ModelVertex| TangentVertex {
             position: vertex.position,
@@ -88,7 +90,9 @@ impl Model {
         let vertices: Vec<_> = self.vertices.iter().map(of).collect();
         let tangents = tangents(&vertices, self.faces().filter(|face| face.has_uv));
         for (vertex, tangent) in self.vertices.iter_mut().zip(tangents) {
-            vertex.tangent = tangent;
+            if vertex.tangent.truncate() == Vec3::ZERO {
+                vertex.tangent = tangent;
+            }
         }
     }
 
@@ -208,12 +212,14 @@ impl Model {
         positions.clone().reduce(Vec3::min).zip(positions.reduce(Vec3::max))
     }
 
-    /// A small sphere that holds all vertices; `None` if there are none.
+    /// A small sphere that holds all vertices, as far as displacement maps may move them; `None` if there are none.
     ///
-    /// It is computed at each call, from all vertices.
+    /// It is computed at each call, from all vertices and all texels of displacement maps.
     #[must_use]
     pub fn bounding_sphere(&self) -> Option<Sphere> {
-        Sphere::around(self.positions())
+        let Sphere { centre, radius } = Sphere::around(self.positions())?;
+        let most = self.materials.iter().map(|m| m.most_displacement(&self.textures));
+        Some(Sphere { centre, radius: radius + most.fold(0.0, f32::max) })
     }
 
     /// A camera that sees the whole model, for pictures whose width is `aspect` times their height.

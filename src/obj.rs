@@ -43,7 +43,8 @@
 //!   format gives no unit; `-bm` and the gain of `-mm` multiply it.
 //! - Highlights have the colour `Ks` times the picture of `map_Ks`, and the exponent `Ns`. Without a picture there
 //!   are none, for most programs write those numbers whatever they draw.
-//! - `disp` names heights over the faces, in the model's units after `-mm`.
+//! - `disp` names heights over the faces, in the model's units after `-mm` and `-bm`;
+//!   [`Model::displaced`] makes geometry of them.
 //! - Alpha is `d`, or 1 - `Tr` where there is no `d` (but `Tr 1` alone is opaque, as MeshLab means it), times that of the picture, times `map_d`: the alpha of
 //!   that picture if it has one, else its grey. A picture whose alpha is 0 or 1 nearly everywhere cuts
 //!   out ([`AlphaMode`](crate::model::AlphaMode)). A TGA file whose alpha is 0 everywhere is opaque: old

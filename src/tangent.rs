@@ -114,10 +114,12 @@ struct Sum {
 
 /// How the axes of a picture run on a face, of any length.
 pub(crate) struct PictureAxes {
-    /// Where u grows.
-    u: DVec3,
-    /// Up in the picture.
-    up: DVec3,
+    /// Where u grows: the derivative of the place, integrated over the picture.
+    pub(crate) u: DVec3,
+    /// Up in the picture, likewise.
+    pub(crate) up: DVec3,
+    /// The part of the picture.
+    pub(crate) area: f64,
 }
 
 impl PictureAxes {
@@ -140,7 +142,7 @@ impl PictureAxes {
         }
         let sign = if area < 0.0 { -1.0 } else { 1.0 };
         let is_flat = area.abs() > 0.0 && u.is_finite() && up.is_finite();
-        is_flat.then_some(Self { u: u * sign, up: up * sign })
+        is_flat.then_some(Self { u: u * sign, up: up * sign, area: area.abs() })
     }
 
     /// Whether the picture is seen as in a mirror, from where the normal points to.

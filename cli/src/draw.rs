@@ -55,6 +55,8 @@ pub(crate) struct Scene<'a> {
     material_of: Vec<u32>,
     /// The material of the first face.
     first_material: usize,
+    /// For each face the number of that which it is a part of; nothing if none was diced.
+    sources: Vec<u32>,
     /// Whether vertices need no more than normals.
     is_plain: bool,
     /// Whether they need tangents.
@@ -128,7 +130,17 @@ impl<'a> Scene<'a> {
             true => Vec::new(),
             false => materials().map(|material| material as u32).collect(),
         };
-        Self { model, material_of, first_material, is_plain, is_bent, edges: OnceLock::new() }
+        let sources = match model.faces().enumerate().all(|(face, it)| it.source == face) {
+            true => Vec::new(),
+            false => model.faces().map(|face| face.source as u32).collect(),
+        };
+        let edges = OnceLock::new();
+        Self { model, material_of, first_material, sources, is_plain, is_bent, edges }
+    }
+
+    /// The number in the file of the face that one is, or is a part of.
+    fn source(&self, face: u32) -> u32 {
+        self.sources.get(face as usize).copied().unwrap_or(face)
     }
 
     /// The number of a face's material.
@@ -521,7 +533,7 @@ impl<'a> Shot<'a> {
         let turn: Mat3 = self.view.axes.transpose();
         ZBufferRenderer::new(viewport).draw(&mut frame, mesh, |f: &Fragment<'_, N>| {
             let normal = (turn * look.normal(f)?).normalize_or_zero();
-            Some(Seen { face: f.face + 1, distance: f.w, normal })
+            Some(Seen { face: self.scene.source(f.face) + 1, distance: f.w, normal })
         });
         Ok(frame)
     }

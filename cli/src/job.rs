@@ -1,5 +1,6 @@
 //! One model to one picture: loaded, drawn and written.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::io;
 use std::ops::Range;
@@ -233,10 +234,25 @@ impl<'a> Drawing<'a> {
         Self { loaded, scene, sphere, options, rows, bar, renderers, range: None }
     }
 
-    fn shot(&self, turn: (f32, f32)) -> Shot<'_> {
+    /// Does something with a view. Displacement maps are geometry there, unless the faces' own lines are drawn.
+    fn with_shot<R>(
+        &self,
+        turn: (f32, f32),
+        act: impl FnOnce(&Shot<'_>) -> Result<R, String>,
+    ) -> Result<R, String> {
         let Loaded { model, format, .. } = self.loaded;
+        let Options { wireframe, edges, size: (width, height), .. } = *self.options;
         let view = View::of((model, self.sphere), *format, self.options, turn);
-        Shot::new(&self.scene, &model.textures, view, Vertices::default())
+        let viewport = Viewport::new(width, height).map_err(size_error)?;
+        let shot =
+            |scene: &Scene<'_>| act(&Shot::new(scene, &model.textures, view, Vertices::default()));
+        if wireframe || edges {
+            return shot(&self.scene);
+        }
+        match model.displaced(view.clip_from_object, viewport, 1.0) {
+            Cow::Borrowed(_) => shot(&self.scene),
+            Cow::Owned(diced) => shot(&Scene::new(&diced)),
+        }
     }
 
     fn picture(&mut self) -> Result<Picture, String> {
@@ -285,14 +301,16 @@ impl<'a> Drawing<'a> {
             background: background.0,
             lines: Lines { wireframe, edges },
         };
-        self.shot(turn).pixels(&mut renderers, (size, self.rows.clone()), style, sink)?;
+        self.with_shot(turn, |shot| {
+            shot.pixels(&mut renderers, (size, self.rows.clone()), style, sink)
+        })?;
         self.renderers = renderers;
         Ok(())
     }
 
     fn seen(&self, turn: (f32, f32)) -> Result<Framebuffer<Seen>, String> {
         let (size, rows) = (self.options.size, self.rows.clone());
-        self.shot(turn).seen((size, rows)).map_err(size_error)
+        self.with_shot(turn, |shot| shot.seen((size, rows)).map_err(size_error))
     }
 
     /// The numbers or normals of a view, of three bytes a pixel.
@@ -388,11 +406,11 @@ impl<'a> Drawing<'a> {
         }
         let viewport = Viewport::new(width * samples, height * samples).map_err(size_error)?;
         let mut sums = vec![Vec4::ZERO; width as usize];
-        self.shot((0.0, 0.0)).stream(viewport, background.0, |row, colors| {
+        let mut sink = |row: u32, colors: &[Vec4]| {
             for (sum, colors) in sums.iter_mut().zip(colors.chunks_exact(samples as usize)) {
                 *sum += colors.iter().sum::<Vec4>();
             }
-            if (row + 1) % samples != 0 {
+            if !(row + 1).is_multiple_of(samples) {
                 return Ok(());
             }
             for sum in &mut sums {
@@ -401,7 +419,8 @@ impl<'a> Drawing<'a> {
             write(&sums)?;
             sums.fill(Vec4::ZERO);
             Ok(())
-        })?;
+        };
+        self.with_shot((0.0, 0.0), |shot| shot.stream(viewport, background.0, &mut sink))?;
         file.finish().map_err(|error| error.to_string())
     }
 }

@@ -17,12 +17,15 @@ pub(super) struct Corner {
     pub(super) normal: Vec3,
     /// Linear light, not multiplied by alpha.
     pub(super) color: Vec4,
+    /// As a vertex of a model has it; zero for none.
+    pub(super) tangent: Vec4,
 }
 
 impl Corner {
     /// A corner that has nothing but its place.
     pub(super) fn at(position: DVec3) -> Self {
-        Self { position, uv: Vec2::NAN, normal: Vec3::ZERO, color: Vec4::ONE }
+        let (normal, color, tangent) = (Vec3::ZERO, Vec4::ONE, Vec4::ZERO);
+        Self { position, uv: Vec2::NAN, normal, color, tangent }
     }
 
     fn is_finite(&self) -> bool {
@@ -38,6 +41,7 @@ pub(super) struct Found {
     uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
     colors: Vec<Vec4>,
+    tangents: Vec<Vec4>,
     /// Where the corners of each face end, and its material.
     faces: Vec<(u32, u32)>,
     /// The default material first.
@@ -55,6 +59,7 @@ impl Found {
             uvs: Vec::new(),
             normals: Vec::new(),
             colors: Vec::new(),
+            tangents: Vec::new(),
             faces: Vec::new(),
             materials: vec![Material::default()],
             textures: Vec::new(),
@@ -84,6 +89,7 @@ impl Found {
             self.uvs.truncate(start);
             self.normals.truncate(start);
             self.colors.truncate(start);
+            self.tangents.truncate(start);
             self.lost += 1;
             return Ok(());
         }
@@ -92,7 +98,7 @@ impl Found {
     }
 
     fn corner(&mut self, corner: &Corner) {
-        let Corner { position, uv, normal, color } = *corner;
+        let Corner { position, uv, normal, color, tangent } = *corner;
         let place = self.positions.len();
         self.positions.push(position);
         if uv.is_finite() {
@@ -106,6 +112,10 @@ impl Found {
         if color.is_finite() && color != Vec4::ONE {
             self.colors.resize(place, Vec4::ONE);
             self.colors.push(color);
+        }
+        if tangent.is_finite() && tangent != Vec4::ZERO {
+            self.tangents.resize(place, Vec4::ZERO);
+            self.tangents.push(tangent);
         }
     }
 
@@ -152,6 +162,10 @@ impl Found {
             let normal = self.normals.get(place).copied().unwrap_or(Vec3::ZERO);
             let point = corners.point_at(self.positions[place]);
             corners.push(point, uv, normal);
+            #[cfg(feature = "gltf")]
+            if let Some(&tangent) = self.tangents.get(place) {
+                corners.tangent(tangent);
+            }
             if !self.colors.is_empty() {
                 corners.color(self.colors.get(place).copied().unwrap_or(Vec4::ONE));
             }

@@ -2,8 +2,8 @@
 //!
 //! Read are the triangles of all meshes, where the nodes of the scene put them, with their normals, first
 //! colours and the texture coordinates of the base colour; and of materials the base colour, what its
-//! alpha means, emitted light, normal maps and occlusion. Tangents are computed, by MikkTSpace's method, also
-//! where a file has its own. `formats::gltf::data` gets at the bytes, `formats::gltf::looks` at materials and textures.
+//! alpha means, emitted light, normal maps and occlusion. Tangents of materials with normal maps are those of the file
+//! where it has normals as well, as the specification wants it, and else are computed, by MikkTSpace's method. `formats::gltf::data` gets at the bytes, `formats::gltf::looks` at materials and textures.
 //! Skins are drawn as they are modelled, and nothing moves.
 
 use std::path::Path;
@@ -208,13 +208,17 @@ fn add(
 struct Vertices {
     positions: Vec<f64>,
     normals: Vec<f64>,
+    /// Of four numbers each; nothing without normals, or without a normal map.
+    tangents: Vec<f64>,
     uvs: Vec<f64>,
     colors: Vec<f64>,
     /// 3 or 4.
     color_size: usize,
     place: DMat4,
-    /// Takes normals to the scene: the inverse transpose, times the determinant, which may be zero.
+    /// Takes normals to the scene: the inverse transpose, times the determinant's amount, which may be zero.
     normal_turn: DMat3,
+    /// -1 where the scene has it as in a mirror, or else 1.
+    hand: f64,
 }
 
 impl Vertices {
@@ -228,13 +232,17 @@ impl Vertices {
         };
         let list = |(list, size), wanted| if size == wanted { list } else { Vec::new() };
         let normals = list(numbers(&Semantic::Normals, 3)?, 3);
+        let has_frames = !normals.is_empty() && primitive.material().normal_texture().is_some();
+        let tangents =
+            if has_frames { list(numbers(&Semantic::Tangents, 4)?, 4) } else { Vec::new() };
         let uv_set = looks::uv_set(&primitive.material());
         let uvs = list(numbers(&Semantic::TexCoords(uv_set), 2)?, 2);
         let (colors, color_size) = numbers(&Semantic::Colors(0), 3)?;
         let turn = DMat3::from_mat4(place);
         let [x, y, z] = [turn.x_axis, turn.y_axis, turn.z_axis];
-        let normal_turn = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-        Ok(Self { positions, normals, uvs, colors, color_size, place, normal_turn })
+        let hand = if turn.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let normal_turn = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * hand;
+        Ok(Self { positions, normals, tangents, uvs, colors, color_size, place, normal_turn, hand })
     }
 
     /// A vertex in the scene; `None` if there is none of the index.
@@ -244,6 +252,12 @@ impl Vertices {
         let mut corner = Corner::at(self.place.transform_point3(triple(&self.positions)?));
         if let Some(normal) = triple(&self.normals) {
             corner.normal = (self.normal_turn * normal).normalize_or_zero().as_vec3();
+        }
+        if let Some(&[x, y, z, w]) = self.tangents.get(4 * i..4 * i + 4) {
+            let turned = self.place.transform_vector3(DVec3::new(x, y, z)).normalize_or_zero();
+            if turned != DVec3::ZERO && !w.is_nan() {
+                corner.tangent = turned.as_vec3().extend((self.hand * w).signum() as f32);
+            }
         }
         if let Some(&[u, v]) = self.uvs.get(2 * i..2 * i + 2) {
             // With v up, as other files have it.

@@ -33,6 +33,8 @@ pub(crate) struct Corners {
     pub(super) normal: Vec<Vec3>,
     /// For each corner its colour, or nothing at all if the file has no colours.
     pub(super) color: Vec<Vec4>,
+    /// For each corner its tangent, as a vertex has it; zero, or beyond the end, where the file gives none.
+    pub(super) tangent: Vec<Vec4>,
     /// Where the corners of each face end.
     pub(super) ends: Vec<u32>,
     /// For each face its smoothing group, from 1 on; [`FLAT`]; or [`BY_ANGLE`].
@@ -119,6 +121,14 @@ impl Corners {
     #[cfg(any(feature = "obj", feature = "ply", feature = "gltf"))]
     pub(crate) fn color(&mut self, color: Vec4) {
         self.color.push(color);
+    }
+
+    /// Gives the corner added last a tangent, of length 1 across its normal, with the sign of the bitangent in `w`; zero
+    /// stands for none.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn tangent(&mut self, tangent: Vec4) {
+        self.tangent.resize(self.point.len() - 1, Vec4::ZERO);
+        self.tangent.push(tangent);
     }
 
     /// Makes a face of the corners added since the last one.

@@ -14,6 +14,9 @@ pub struct Face<'a> {
     pub material: usize,
     /// Whether the file gives a texture coordinate at every corner.
     pub has_uv: bool,
+    /// The number of the face among [`Model::faces`](crate::Model::faces), or of that of which it is a part in a
+    /// model that [`displaced`](crate::Model::displaced) has made.
+    pub source: usize,
 }
 
 /// The indices, so that functions which draw lists of indices accept faces as they are.
@@ -31,6 +34,8 @@ pub(super) struct FacesByMaterial {
     pub(super) ends: Vec<u32>,
     /// For each face, [`Face::has_uv`].
     pub(super) has_uv: Vec<bool>,
+    /// For each face, [`Face::source`]; nothing if that is its own number.
+    pub(super) sources: Vec<u32>,
     /// Where the faces of each material end in `ends`.
     pub(super) material_ends: Vec<u32>,
 }
@@ -57,6 +62,7 @@ impl FacesByMaterial {
             indices: &self.indices[range_before(&self.ends, face)],
             material,
             has_uv: self.has_uv[face],
+            source: self.sources.get(face).map_or(face, |&source| source as usize),
         })
     }
 }

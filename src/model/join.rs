@@ -25,8 +25,8 @@ const MAX_COMPARED: usize = 16;
 
 /// All vertices, point by point, and the faces. Normals that the corners lack are computed, smooth where faces
 /// meet at less than the crease angle, in radians from 0 to pi. For tangents to be found, corners are not alike if
-/// the picture lies on one face as it is and on the other as in a mirror; `w` of the vertices' tangents then
-/// says which.
+/// the picture lies on one face as it is and on the other as in a mirror, or if their files give them other tangents. The
+/// vertices' tangents are then those that are given, or else have nothing but `w`, which says the side.
 pub(super) fn join(
     corners: Corners,
     crease_angle: f32,
@@ -52,7 +52,7 @@ pub(super) fn join(
     }
     let has_uv = has_uv(&corners);
     let Corners { ends, material_ends, .. } = corners;
-    (vertices, FacesByMaterial { indices, ends, has_uv, material_ends })
+    (vertices, FacesByMaterial { indices, ends, has_uv, sources: Vec::new(), material_ends })
 }
 
 /// For each face, whether the file gives a texture coordinate at every corner.
@@ -98,7 +98,12 @@ impl Part {
                 let uv = corners.uv.get(corner as usize).copied().unwrap_or(Vec2::NAN);
                 let uv = if uv.is_nan() { Vec2::ZERO } else { Vec2::new(uv.x, 1.0 - uv.y) };
                 let color = corners.color.get(corner as usize).copied().unwrap_or(Vec4::ONE);
-                let tangent = Vec4::W * hands.map_or(0.0, |hands| hands.sign(corner, normal));
+                let given = corners.tangent.get(corner as usize).copied().unwrap_or(Vec4::ZERO);
+                let tangent = match hands {
+                    Some(_) if given != Vec4::ZERO => given,
+                    Some(hands) => Vec4::W * hands.sign(corner, normal),
+                    None => Vec4::ZERO,
+                };
                 let vertex = ModelVertex { position, normal, uv, color, tangent };
                 indices.push(index_of(vertex, first, vertices, &mut others));
             }
@@ -107,7 +112,7 @@ impl Part {
 }
 
 /// The vertices of a point beyond those that are compared one by one.
-type Others = HashMap<[u32; 10], u32, RandomState>;
+type Others = HashMap<[u32; 13], u32, RandomState>;
 
 /// The index of a vertex among those of its point, of which `first` is the first; it is added unless it is there.
 fn index_of(
@@ -120,7 +125,7 @@ fn index_of(
     // As numbers, which makes the two zeros equal; none of them is NaN.
     let is_same = |other: &ModelVertex| {
         (other.normal, other.uv, other.color) == (vertex.normal, vertex.uv, vertex.color)
-            && other.tangent.w == vertex.tangent.w
+            && other.tangent == vertex.tangent
     };
     let compared = &of_point[..of_point.len().min(MAX_COMPARED)];
     if let Some(place) = compared.iter().position(is_same) {
@@ -131,8 +136,9 @@ fn index_of(
         let ModelVertex { normal, uv, color, tangent, .. } = vertex;
         let [nx, ny, nz] = bits(normal);
         let [u, v, hand] = bits(uv.extend(tangent.w));
+        let [tx, ty, tz] = bits(tangent.truncate());
         let [r, g, b, a] = color.to_array().map(|channel| (channel + 0.0).to_bits());
-        let index = *others.entry([nx, ny, nz, u, v, r, g, b, a, hand]).or_insert(next);
+        let index = *others.entry([nx, ny, nz, u, v, r, g, b, a, tx, ty, tz, hand]).or_insert(next);
         if index != next {
             return index;
         }

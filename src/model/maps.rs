@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3, Vec4};
 use crate::fragment::{Footprint, FootprintBlock, LANES, Lanes};
 use crate::model::material::{Material, TextureMapping, sampled, sampled_at};
 use crate::tangent::TangentFrame;
-use crate::texture::Texture;
+use crate::texture::{Filter, Texture};
 
 impl Material {
     /// Whether any picture belongs to the material, so that [footprints](crate::Fragment::footprint) are
@@ -98,6 +98,39 @@ impl Material {
             let texel = texture.sample_footprint(&mapping.footprint(seen));
             texel.x * mapping.gain + mapping.base
         })
+    }
+}
+
+impl Material {
+    /// The heights at the points of a block, as [`displacement_at`](Self::displacement_at) has them one by one, to the
+    /// bit. What is not finite is 0.
+    pub(super) fn displacements_at(
+        &self,
+        textures: &[Texture],
+        seen: &FootprintBlock,
+        mask: u32,
+    ) -> Lanes {
+        let mapping = &self.displacement_mapping;
+        let texture = self.displacement_texture.and_then(|index| textures.get(index));
+        texture.map_or([0.0; LANES], |texture| {
+            let texels = texture.sample_footprint_block(&mapping.footprint_block(seen), mask);
+            texels.map(|texel| {
+                let height = texel.x * mapping.gain + mapping.base;
+                if height.is_finite() { height } else { 0.0 }
+            })
+        })
+    }
+
+    /// How far the material's displacement map moves a surface at the most: zero if there is none.
+    pub(super) fn most_displacement(&self, textures: &[Texture]) -> f32 {
+        let Some(texture) = self.displacement_texture.and_then(|index| textures.get(index)) else {
+            return 0.0;
+        };
+        let TextureMapping { gain, base, .. } = self.displacement_mapping;
+        let amounts = texture.texels().map(|texel| (texel.x * gain + base).abs());
+        let most = amounts.filter(|amount| amount.is_finite()).fold(0.0, f32::max);
+        // Cubic filters go beyond what they filter.
+        if matches!(texture.filter(), Filter::Bicubic(_)) { 1.5 * most } else { most }
     }
 }
 

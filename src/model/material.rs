@@ -140,7 +140,7 @@ impl TextureMapping {
 
     /// The same for a block.
     #[inline(always)]
-    fn footprint_block(&self, seen: &FootprintBlock) -> FootprintBlock {
+    pub(super) fn footprint_block(&self, seen: &FootprintBlock) -> FootprintBlock {
         let (x, y, at_zero) = self.columns();
         let along = |[u, v]: &[Lanes; 2], at: Vec2| {
             let sum = |x: f32, y: f32, at: f32| {

@@ -18,8 +18,9 @@ pub struct ModelVertex {
     /// It is white where the file gives none.
     pub color: Vec4,
     /// Where u grows, across the normal, of length 1, and in `w` whether the picture lies on the faces as it is
-    /// (1) or as in a mirror (-1): for a [`TangentFrame`](crate::tangent::TangentFrame). It is zero unless
-    /// one of the model's materials has a normal map.
+    /// (1) or as in a mirror (-1): for a [`TangentFrame`](crate::tangent::TangentFrame). It is that of the file where
+    /// that has one, as a glTF file may, and else [computed](crate::tangent::tangents). It is zero unless one of the
+    /// model's materials has a normal map.
     pub tangent: Vec4,
 }
 

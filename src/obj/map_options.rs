@@ -9,7 +9,7 @@ use crate::obj::lines::split_word;
 #[derive(Clone, Copy)]
 pub(super) struct MapOptions {
     pub(super) mapping: TextureMapping,
-    /// `-bm`: what multiplies bumps.
+    /// `-bm`: what multiplies bumps and heights.
     pub(super) bump: f32,
 }
 

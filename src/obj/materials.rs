@@ -96,7 +96,9 @@ fn open_other_maps(
     }
     if let Some((index, options)) = map(height_map.as_ref(), Use::Numbers) {
         material.displacement_texture = Some(index);
-        material.displacement_mapping = options.mapping;
+        let MapOptions { mapping, bump } = options;
+        let (base, gain) = (mapping.base * bump, mapping.gain * bump);
+        material.displacement_mapping = TextureMapping { base, gain, ..mapping };
     }
 }
 

@@ -7,7 +7,7 @@
 use glam::{Vec2, Vec4, vec2};
 
 use crate::fragment::{FootprintBlock, LANES, Lanes};
-use crate::texture::level::{MipFilter, Sides};
+use crate::texture::level::{MipFilter, Sides, Weights};
 use crate::texture::minify::{Chain, Filtering, probe_at};
 use crate::texture::sample::{Filter, Surroundings, mix};
 use crate::texture::texels::{Fetch, Level, Srgba8, Texels};
@@ -304,13 +304,28 @@ impl<F: Fetch> Chain<'_, F> {
     /// Probes along the longer axes of footprints.
     #[inline(always)]
     fn along_axes(&self, of: &FootprintBlock, most: u32, mask: u32) -> Probes {
+        let (mut oblong, mut all) = ([false; LANES], 0);
+        for (lane, oblong) in oblong.iter_mut().enumerate() {
+            *oblong = !self.sides(of, lane).are_round();
+            all |= u32::from(*oblong) << lane;
+        }
+        if all & mask == 0 {
+            return self.middles(of);
+        }
         let mut probes = Probes::default();
-        for lane in 0..LANES {
+        if !all & mask != 0 {
+            probes = self.middles(of);
+        }
+        for (lane, is_oblong) in oblong.into_iter().enumerate() {
             let ellipse = self.sides(of, lane).ellipse();
             let (count, lambda) = ellipse.probes(most);
-            (probes.counts[lane], probes.lambdas[lane]) = (count, self.how.adjusted(lambda));
-            let axis = ellipse.direction * ellipse.major / self.size();
-            [probes.along[0][lane], probes.along[1][lane]] = axis.to_array();
+            let (axis, weights) = ellipse.axis();
+            let along = axis / self.size();
+            [probes.along[0][lane], probes.along[1][lane]] = along.to_array();
+            if is_oblong {
+                (probes.counts[lane], probes.lambdas[lane]) = (count, self.how.adjusted(lambda));
+                probes.weights[lane] = weights;
+            }
         }
         for_lanes(mask, |lane| probes.most = probes.most.max(probes.counts[lane]));
         probes
@@ -319,8 +334,8 @@ impl<F: Fetch> Chain<'_, F> {
     /// The means of probes, in colours that are 0 before.
     #[inline(always)]
     fn means(&self, middles: &[Lanes; 2], probes: &Probes, mask: u32, colors: &mut Colors) {
-        let Probes { counts, lambdas, along, most } = probes;
-        let are_single = *most == 1;
+        let Probes { counts, lambdas, along, weights, most } = probes;
+        let (are_single, mut sums) = (*most == 1, [0.0; LANES]);
         for i in 0..*most {
             let (mut moved, mut left, mut probe) = ([[0.0; LANES]; 2], mask, [Vec4::ZERO; LANES]);
             // A single probe is at the middle itself; several are moved, and added up.
@@ -343,13 +358,20 @@ impl<F: Fetch> Chain<'_, F> {
             self.trilinear_block(uv, lambdas, left, into);
             if !are_single {
                 for_lanes(left, |lane| {
-                    let is_sum = counts[lane] > 1;
-                    colors[lane] = if is_sum { colors[lane] + probe[lane] } else { probe[lane] };
+                    let weight = weights[lane].at(probe_at(i, counts[lane]));
+                    colors[lane] = match counts[lane] {
+                        1 => probe[lane],
+                        _ => colors[lane] + probe[lane] * weight,
+                    };
+                    sums[lane] += weight;
                 });
             }
         }
         if !are_single {
-            for_lanes(mask, |lane| colors[lane] /= counts[lane] as f32);
+            for_lanes(mask, |lane| {
+                // One probe weighs 1, or whatever it weighs.
+                colors[lane] /= if counts[lane] > 1 { sums[lane] } else { 1.0 };
+            });
         }
     }
 }
@@ -359,6 +381,7 @@ struct Probes {
     counts: [u32; LANES],
     lambdas: Lanes,
     along: [Lanes; 2],
+    weights: [Weights; LANES],
     /// The greatest of the counts.
     most: u32,
 }
@@ -367,7 +390,8 @@ impl Default for Probes {
     /// One at the middle of each, of level 0.
     #[inline(always)]
     fn default() -> Self {
-        Self { counts: [1; LANES], lambdas: [0.0; LANES], along: [[0.0; LANES]; 2], most: 1 }
+        let (along, weights) = ([[0.0; LANES]; 2], [Weights::ALIKE; LANES]);
+        Self { counts: [1; LANES], lambdas: [0.0; LANES], along, weights, most: 1 }
     }
 }
 

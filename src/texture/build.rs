@@ -3,6 +3,7 @@
 use std::fmt;
 #[cfg(feature = "png")]
 use std::path::Path;
+use std::sync::Arc;
 
 use fearless_simd::Level;
 use glam::Vec4;
@@ -23,10 +24,10 @@ use crate::texture::sample::{Filter, Surroundings};
 use crate::texture::texels::{Texels, with_texels};
 use crate::texture::wrap::Wrap;
 
-/// A picture to sample: texels in linear light, premultiplied by alpha, row 0 at the top.
+/// A picture to sample: texels in linear light, premultiplied by alpha, row 0 at the top. Clones share the texels.
 #[derive(Clone)]
 pub struct Texture {
-    pub(super) texels: Texels,
+    pub(super) texels: Arc<Texels>,
     pub(super) how: Filtering,
     /// The SIMD instructions that blocks are sampled with.
     pub(super) simd_level: Level,
@@ -86,7 +87,7 @@ impl Texture {
 
     /// The texture of a picture, with the usual filter and wrap.
     fn of(texels: Texels) -> Self {
-        Self { texels, how: Filtering::default(), simd_level: Level::new() }
+        Self { texels: Arc::new(texels), how: Filtering::default(), simd_level: Level::new() }
     }
 
     /// Sets the filter. A new texture has [`Filter::Bilinear`].
@@ -167,7 +168,7 @@ impl Texture {
 
     fn with_chain(self, cutout: Option<Cutout>) -> Result<Self, TextureError> {
         let Self { texels, how, simd_level } = self;
-        let texels = chain::with_chain(texels, cutout)?;
+        let texels = Arc::new(chain::with_chain(Arc::unwrap_or_clone(texels), cutout)?);
         let how = Filtering { mip_filter: MipFilter::Linear, ..how };
         Ok(Self { texels, how, simd_level })
     }

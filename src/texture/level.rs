@@ -17,7 +17,7 @@ pub enum MipFilter {
     Linear,
     /// As many trilinear samples along the longer axis of the footprint's ellipse as it is longer than
     /// the shorter one, at most `probes`, which counts from 1 to 64: sharp where a plane is seen at a
-    /// slant.
+    /// slant. They weigh as the sections of the pixel across the axis.
     Anisotropic {
         /// The most samples.
         probes: u32,
@@ -34,6 +34,9 @@ pub enum MipFilter {
 
 /// The most probes, and the greatest eccentricity.
 pub(super) const MOST_PROBES: u32 = 64;
+
+/// By how much of the shorter axis the longer one of a circle may be longer.
+const ROUND: f32 = 1.0 / 1024.0;
 
 /// What a pixel sees of a picture, in texels: the sides of its parallelogram.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +55,34 @@ pub(super) struct Ellipse {
     pub(super) major: f32,
     /// That of the shorter one.
     pub(super) minor: f32,
+    /// Across what becomes the longer axis, the sections of the pixel are those of a trapezoid, the convolution of two
+    /// boxes: the wider one and the narrower one, in sides of the pixel.
+    boxes: [f32; 2],
 }
+
+/// How probes along an axis weigh: as the sections of the pixel there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights {
+    middle: f32,
+    slope: f32,
+}
+
+impl Weights {
+    /// Those of a single probe.
+    pub(super) const ALIKE: Self = Self { middle: 1.0, slope: 0.0 };
+
+    /// The weight at a part of the axis, from -1/2 to 1/2.
+    #[inline(always)]
+    pub(super) fn at(self, t: f32) -> f32 {
+        let weight = self.middle - self.slope * t.abs();
+        // What is not a number weighs as all else.
+        if weight < 1.0 { weight } else { 1.0 }
+    }
+}
+
+/// The part of the trapezoid that has probes: the wider box, and so much of the narrower one. What is beyond weighs
+/// little, and would take the probes apart.
+const ENDS: f32 = 0.8;
 
 impl Sides {
     /// The level of detail: the logarithm to base 2 of the longer side. Of what is not a number, that of
@@ -63,15 +93,30 @@ impl Sides {
         0.5 * log2(if x > y { x } else { y })
     }
 
+    /// The symmetric matrix J J^T = (a b; b c), as the mean of a and c, half their difference, and b.
+    #[inline(always)]
+    fn squares(&self) -> (f32, f32, f32) {
+        let Self { dx, dy } = *self;
+        let (a, b, c) =
+            (dx.x * dx.x + dy.x * dy.x, dx.x * dx.y + dy.x * dy.y, { dx.y * dx.y + dy.y * dy.y });
+        (0.5 * (a + c), 0.5 * (a - c), b)
+    }
+
+    /// Whether the ellipse is a circle but for rounding: one axis is longer than the other by no more than a
+    /// thousandth. So much is known without a root.
+    #[inline(always)]
+    pub(super) fn are_round(&self) -> bool {
+        let (mean, half, b) = self.squares();
+        let root = mean * ROUND;
+        half * half + b * b <= root * root
+    }
+
     /// The ellipse.
     #[inline(always)]
     pub(super) fn ellipse(&self) -> Ellipse {
         let Self { dx, dy } = *self;
-        // The symmetric matrix J J^T = (a b; b c) has the axes as eigenvectors, and the squares of their
-        // lengths as eigenvalues.
-        let (a, b, c) =
-            (dx.x * dx.x + dy.x * dy.x, dx.x * dx.y + dy.x * dy.y, { dx.y * dx.y + dy.y * dy.y });
-        let (mean, half) = (0.5 * (a + c), 0.5 * (a - c));
+        // It has the axes as eigenvectors, and the squares of their lengths as eigenvalues.
+        let (mean, half, b) = self.squares();
         let root = (half * half + b * b).sqrt();
         let major = (mean + root).sqrt();
         // The sum that has no difference in it.
@@ -79,18 +124,42 @@ impl Sides {
         let length = axis.length();
         let direction = if length > 0.0 { axis / length } else { Vec2::X };
         let minor = if major > 0.0 { dx.perp_dot(dy).abs() / major } else { 0.0 };
-        Ellipse { direction, major, minor }
+        let (x, y) = (dx.dot(direction).abs() / major, dy.dot(direction).abs() / major);
+        let [wide, narrow] = if x > y { [x, y] } else { [y, x] };
+        // Of a circle, any direction is an axis: from there on the trapezoid begins as the box of the pixel's own size.
+        let part = major / minor - 1.0;
+        let part = if part > 0.0 { part } else { 0.0 };
+        let part = if part < 1.0 { part } else { 1.0 };
+        let boxes = [1.0 + (wide - 1.0) * part, narrow * part];
+        Ellipse { direction, major, minor, boxes }
     }
 }
 
 impl Ellipse {
+    /// The axis that probes lie along, from end to end, and how they weigh.
+    #[inline(always)]
+    pub(super) fn axis(&self) -> (Vec2, Weights) {
+        let [wide, narrow] = self.boxes;
+        let scale = 1.0 / if narrow > 1e-6 { narrow } else { 1e-6 };
+        let weights =
+            Weights { middle: 0.5 * (wide + narrow) * scale, slope: self.length() * scale };
+        (self.direction * (self.major * self.length()), weights)
+    }
+
+    /// The length of the axis that probes lie along, by that of the longer half axis.
+    #[inline(always)]
+    fn length(&self) -> f32 {
+        let [wide, narrow] = self.boxes;
+        wide + ENDS * narrow
+    }
+
     /// How many probes there are along the longer axis, at most `most`, and at which level of detail
     /// each of them.
     #[inline(always)]
     pub(super) fn probes(&self, most: u32) -> (u32, f32) {
         let most = most.clamp(1, MOST_PROBES) as f32;
-        // A circle that is one but for rounding is one. NaN, of nothing by nothing, is one as well.
-        let ratio = self.major / self.minor - 1.0 / 1024.0;
+        // NaN, of nothing by nothing, is a circle as well.
+        let ratio = self.major / self.minor - ROUND;
         let ratio = if ratio > 1.0 { ratio } else { 1.0 };
         let count = if ratio < most { ratio.ceil() } else { most };
         (count as u32, log2(self.major / count))
@@ -138,6 +207,41 @@ mod tests {
         assert_eq!(log2(f32::INFINITY), log2(f32::MAX));
     }
 
+    /// Points of a pixel, counted between parallel lines across the axis that probes lie along.
+    #[test]
+    fn weights_are_the_sections_of_the_pixel() {
+        for (turn, across) in [(0.0_f32, 0.5), (0.2, 0.3), (0.5, 1.0), (0.785, 0.1), (1.4, 0.0)] {
+            let (x, y) = (vec2(turn.cos(), turn.sin()), vec2(-turn.sin(), turn.cos()));
+            // The pixel is turned, then made eight times as long along one direction.
+            let long = |v: Vec2| vec2(v.x * 8.0, v.y + across * v.x);
+            let sides = Sides { dx: long(x), dy: long(y) };
+            let ellipse = sides.ellipse();
+            let (axis, weights) = ellipse.axis();
+            const BINS: usize = 16;
+            let mut counts = [0.0; BINS];
+            for i in 0..1000 * 1000 {
+                let place = vec2((i % 1000) as f32 + 0.5, (i / 1000) as f32 + 0.5) / 1000.0 - 0.5;
+                let seen = sides.dx * place.x + sides.dy * place.y;
+                let t = seen.dot(axis) / axis.length_squared() + 0.5;
+                if (0.0..1.0).contains(&t) {
+                    counts[(t * BINS as f32) as usize] += 1.0;
+                }
+            }
+            let wanted: Vec<f32> = (0..BINS)
+                .map(|bin| {
+                    let parts = (0..64).map(|i| (i as f32 + 0.5) / 64.0);
+                    let t = |part: f32| (bin as f32 + part) / BINS as f32 - 0.5;
+                    parts.map(|part| weights.at(t(part))).sum::<f32>() / 64.0
+                })
+                .collect();
+            let (all, whole) = (counts.iter().sum::<f32>(), wanted.iter().sum::<f32>());
+            for (count, weight) in counts.iter().zip(&wanted) {
+                let error = (count / all - weight / whole).abs() * BINS as f32;
+                assert!(error < 0.02, "{turn}: {counts:?} {wanted:?}");
+            }
+        }
+    }
+
     #[test]
     fn the_axes_are_the_singular_vectors() {
         let mut bits = 1_u32;
@@ -147,7 +251,7 @@ mod tests {
         };
         for _ in 0..10_000 {
             let sides = Sides { dx: vec2(number(), number()), dy: vec2(number(), number()) * 8.0 };
-            let Ellipse { direction, major, minor } = sides.ellipse();
+            let Ellipse { direction, major, minor, .. } = sides.ellipse();
             // By definition: the farthest point of the image of the unit circle.
             let far = (0..720).map(|i| (f64::from(i) * 0.25).to_radians()).map(|angle| {
                 let point = sides.dx.as_dvec2() * angle.cos() + sides.dy.as_dvec2() * angle.sin();

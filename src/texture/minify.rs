@@ -120,19 +120,25 @@ impl<'t, F: Fetch> Chain<'t, F> {
 
     #[inline(always)]
     fn anisotropic(&self, sides: &Sides, size: Vec2, most: u32, uv: Vec2) -> Vec4 {
+        if sides.are_round() {
+            return self.trilinear(self.how.adjusted(sides.lambda()), uv);
+        }
         let ellipse = sides.ellipse();
         let (count, lambda) = ellipse.probes(most);
         let lambda = self.how.adjusted(lambda);
         if count == 1 {
             return self.trilinear(lambda, uv);
         }
-        // From one end of the parallelogram's longer middle line to the other.
-        let along = ellipse.direction * ellipse.major / size;
-        let mut sum = Vec4::ZERO;
+        let (axis, weights) = ellipse.axis();
+        let along = axis / size;
+        let (mut sum, mut whole) = (Vec4::ZERO, 0.0);
         for i in 0..count {
-            sum += self.between_levels(lambda, uv + along * probe_at(i, count));
+            let t = probe_at(i, count);
+            let weight = weights.at(t);
+            sum += self.between_levels(lambda, uv + along * t) * weight;
+            whole += weight;
         }
-        sum / count as f32
+        sum / whole
     }
 
     #[inline(never)]

@@ -356,6 +356,82 @@ fn gltf_has_normals_and_occlusion() {
     }
 }
 
+/// A glTF file of a square with normals and tangents, one tangent for all corners, and a normal map.
+fn gltf_with_tangents(tangent: [f32; 4], node: &str) -> String {
+    let picture = polyscan::Framebuffer::new(1, 1, [128_u8, 128, 255, 255]).expect("a pixel");
+    let folder = tempfile::tempdir().expect("a folder");
+    picture.save_png(folder.path().join("a.png")).expect("a picture");
+    let png = base64(&std::fs::read(folder.path().join("a.png")).expect("a file"));
+    let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0_f32];
+    let (normals, tangents) = ([[0.0, 0.0, 1.0]; 4].concat(), [tangent; 4].concat());
+    let floats = [&positions[..], &normals, &tangents].concat();
+    let mut bytes: Vec<u8> = floats.iter().flat_map(|n| n.to_le_bytes()).collect();
+    bytes.extend([0, 1, 2, 0, 2, 3_u8]);
+    let view = |start: usize, len: usize| {
+        format!(r#"{{"buffer":0,"byteOffset":{start},"byteLength":{len}}}"#)
+    };
+    let accessor = |view: usize, kind: &str| {
+        format!(r#"{{"bufferView":{view},"componentType":5126,"count":4,"type":"{kind}"}}"#)
+    };
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{node}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1,"TANGENT":2}},"indices":3,"material":0}}]}}],
+        "materials":[{{"normalTexture":{{"index":0}}}}],
+        "textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{png}"}}],
+        "buffers":[{{"byteLength":166,"uri":"data:application/octet-stream;base64,{}"}}],
+        "bufferViews":[{},{},{},{}],
+        "accessors":[{},{},{},{{"bufferView":3,"componentType":5121,"count":6,"type":"SCALAR"}}]}}"#,
+        base64(&bytes),
+        view(0, 48),
+        view(48, 48),
+        view(96, 64),
+        view(160, 6),
+        accessor(0, "VEC3"),
+        accessor(1, "VEC3"),
+        accessor(2, "VEC4"),
+    )
+}
+
+/// A file's own tangents are taken where it has normals as well, with the meshes' places; computed ones would not lie
+/// askew.
+#[test]
+fn gltf_has_tangents_of_its_own() {
+    use glam::{Vec4, vec4};
+
+    let (still, mirrored) = (r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[-3,1,1]}"#);
+    let turned = r#"{"mesh":0,"rotation":[0,0,0.70710678,0.70710678]}"#;
+    for (given, node, expected) in [
+        ([0.6, 0.8, 0.0, 1.0], still, vec4(0.6, 0.8, 0.0, 1.0)),
+        ([0.6, 0.8, 0.0, -1.0], still, vec4(0.6, 0.8, 0.0, -1.0)),
+        ([1.2, 1.6, 0.0, -0.5], still, vec4(0.6, 0.8, 0.0, -1.0)),
+        ([0.6, 0.8, 0.0, -1.0], turned, vec4(-0.8, 0.6, 0.0, -1.0)),
+        // Seen as in a mirror, and three times as wide.
+        ([0.6, 0.8, 0.0, 1.0], mirrored, vec4(-1.8, 0.8, 0.0, 1.0)),
+    ] {
+        let Loaded { model, warnings, .. } =
+            read(gltf_with_tangents(given, node), "a.gltf").expect("a model");
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let sign = if node == mirrored { -1.0 } else { 1.0 };
+        let expected = expected.truncate().normalize().extend(sign * expected.w);
+        assert_eq!(model.vertices.len(), 4);
+        for vertex in &model.vertices {
+            assert!((vertex.tangent - expected).length() < 1e-6, "{vertex:?} {expected}");
+            assert!((vertex.normal - Vec3::Z).length() < 1e-6, "{vertex:?}");
+        }
+    }
+    let of = |text: &str| read(text, "a.gltf").expect("a model").model.vertices[0].tangent;
+    let text = gltf_with_tangents([0.6, 0.8, 0.0, 1.0], still);
+    // Without normals they are not to be used, and without a normal map nothing is.
+    let computed = of(&text.replace(r#""NORMAL":1,"#, ""));
+    assert!((computed.truncate().length() - 1.0).abs() < 1e-6 && computed.z.abs() < 1e-6);
+    assert_ne!(computed, vec4(0.6, 0.8, 0.0, 1.0));
+    assert_eq!(of(&text.replace("normalTexture", "occlusionTexture")), Vec4::ZERO);
+    for bad in [[0.0, 0.0, 0.0, 1.0], [f32::NAN, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, f32::NAN]] {
+        let tangent = of(&gltf_with_tangents(bad, still));
+        assert!((tangent.truncate().length() - 1.0).abs() < 1e-6, "{bad:?}: {tangent}");
+    }
+}
+
 #[test]
 fn gltf_is_placed_and_has_its_looks() {
     use glam::Vec2;

@@ -48,6 +48,8 @@ mod blending;
 mod texture;
 mod texture_filters;
 mod tangents;
+#[cfg(feature = "obj")]
+mod displacement;
 mod cutouts;
 mod supersampling;
 mod environments;

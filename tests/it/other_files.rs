@@ -417,6 +417,17 @@ fn highlights_and_heights_have_pictures() {
     assert_eq!(material.shininess, 20.0);
     let height = material.displacement_at(&model.textures, &seen);
     assert!((height - 0.65).abs() < 1e-6, "{height}");
+    // `-bm` multiplies the whole, and the other options say where the picture lies.
+    let files = Files::new()
+        .with("m.mtl", "newmtl a\ndisp -bm 2 -mm 0.25 2 -s 2 4 -o 0.5 0 -clamp on h.png\n");
+    save(files.path("h.png"), (1, 1), |_, _| [51; 4]);
+    let (model, _) = files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
+    let material = &model.materials[1];
+    let height = material.displacement_at(&model.textures, &seen);
+    assert!((height - 1.3).abs() < 1e-6, "{height}");
+    let mapping = &material.displacement_mapping;
+    assert_eq!((mapping.scale, mapping.offset), (vec2(2.0, 4.0), vec2(0.5, 0.0)));
+    assert!(mapping.clamp);
     // The numbers alone are in every file, whether it means them or not.
     let files = Files::new().with("m.mtl", "newmtl a\nKs 0.5 0.5 0.5\nNs 20\n");
     let (model, _) = files.with("m.obj", format!("mtllib m.mtl\n{PICTURE}")).load("m.obj");
