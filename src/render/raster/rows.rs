@@ -92,6 +92,8 @@ fn draw_group<P: PlanFor, S: Simd>(
         surface.find_inv_w(values);
     }
     let columns = &columns;
+    // Those that were left when a shader panicked.
+    parts.clear();
     let mut raster = RowsRaster { simd, plan, surface, runs, band, shader, values, columns, parts };
     if P::of(plan).has_extras && raster.band.extras.counters.is_some_and(Counters::is_done) {
         return;

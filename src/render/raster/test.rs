@@ -43,6 +43,14 @@ impl Default for Parts {
     }
 }
 
+impl Parts {
+    /// Forgets all.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+}
+
 /// The rows of a polygon being drawn into a band: all that the loops share.
 pub(crate) struct RowsRaster<'r, 'b, S> {
     pub(crate) simd: S,
