@@ -324,7 +324,7 @@ impl<F: Fetch> Chain<'_, F> {
             [probes.along[0][lane], probes.along[1][lane]] = along.to_array();
             if is_oblong {
                 (probes.counts[lane], probes.lambdas[lane]) = (count, self.how.adjusted(lambda));
-                probes.weights[lane] = weights;
+                [probes.weights[0][lane], probes.weights[1][lane]] = weights.to_array();
             }
         }
         for_lanes(mask, |lane| probes.most = probes.most.max(probes.counts[lane]));
@@ -338,6 +338,7 @@ impl<F: Fetch> Chain<'_, F> {
         let (are_single, mut sums) = (*most == 1, [0.0; LANES]);
         for i in 0..*most {
             let (mut moved, mut left, mut probe) = ([[0.0; LANES]; 2], mask, [Vec4::ZERO; LANES]);
+            let mut weight = [1.0; LANES];
             // A single probe is at the middle itself; several are moved, and added up.
             let (uv, into) = if are_single {
                 (middles, &mut *colors)
@@ -345,6 +346,8 @@ impl<F: Fetch> Chain<'_, F> {
                 left = 0;
                 for lane in 0..LANES {
                     let (count, t) = (counts[lane], probe_at(i, counts[lane]));
+                    weight[lane] = Weights::from([weights[0][lane], weights[1][lane]]).at(t);
+                    sums[lane] += if count > i { weight[lane] } else { 0.0 };
                     for axis in 0..2 {
                         let middle = middles[axis][lane];
                         let away = middle + along[axis][lane] * t;
@@ -358,12 +361,10 @@ impl<F: Fetch> Chain<'_, F> {
             self.trilinear_block(uv, lambdas, left, into);
             if !are_single {
                 for_lanes(left, |lane| {
-                    let weight = weights[lane].at(probe_at(i, counts[lane]));
                     colors[lane] = match counts[lane] {
                         1 => probe[lane],
-                        _ => colors[lane] + probe[lane] * weight,
+                        _ => colors[lane] + probe[lane] * weight[lane],
                     };
-                    sums[lane] += weight;
                 });
             }
         }
@@ -381,7 +382,8 @@ struct Probes {
     counts: [u32; LANES],
     lambdas: Lanes,
     along: [Lanes; 2],
-    weights: [Weights; LANES],
+    /// How they weigh: [`Weights`], number by number.
+    weights: [Lanes; 2],
     /// The greatest of the counts.
     most: u32,
 }
@@ -390,7 +392,7 @@ impl Default for Probes {
     /// One at the middle of each, of level 0.
     #[inline(always)]
     fn default() -> Self {
-        let (along, weights) = ([[0.0; LANES]; 2], [Weights::ALIKE; LANES]);
+        let (along, weights) = ([[0.0; LANES]; 2], Weights::ALIKE.to_array().map(|w| [w; LANES]));
         Self { counts: [1; LANES], lambdas: [0.0; LANES], along, weights, most: 1 }
     }
 }

@@ -71,12 +71,23 @@ impl Weights {
     /// Those of a single probe.
     pub(super) const ALIKE: Self = Self { middle: 1.0, slope: 0.0 };
 
+    pub(super) fn to_array(self) -> [f32; 2] {
+        [self.middle, self.slope]
+    }
+
     /// The weight at a part of the axis, from -1/2 to 1/2.
     #[inline(always)]
     pub(super) fn at(self, t: f32) -> f32 {
         let weight = self.middle - self.slope * t.abs();
         // What is not a number weighs as all else.
         if weight < 1.0 { weight } else { 1.0 }
+    }
+}
+
+impl From<[f32; 2]> for Weights {
+    #[inline(always)]
+    fn from([middle, slope]: [f32; 2]) -> Self {
+        Self { middle, slope }
     }
 }
 
