@@ -119,6 +119,7 @@ pub(crate) struct PictureAxes {
     /// Up in the picture, likewise.
     pub(crate) up: DVec3,
     /// The part of the picture.
+    #[cfg_attr(not(feature = "model"), expect(dead_code, reason = "dicing alone asks for it"))]
     pub(crate) area: f64,
 }
 
