@@ -2,8 +2,9 @@
 //!
 //! Read are the triangles of all meshes, where the nodes of the scene put them, with their normals, first
 //! colours and the texture coordinates of the base colour; and of materials the base colour, what its
-//! alpha means, emitted light, normal maps and occlusion. Tangents of materials with normal maps are those of the file
-//! where it has normals as well, as the specification wants it, and else are computed, by MikkTSpace's method. `formats::gltf::data` gets at the bytes, `formats::gltf::looks` at materials and textures.
+//! alpha means, emitted light, normal maps and occlusion. Tangents of materials with normal maps are those of the
+//! file where it has normals as well, as the specification wants it, and else are computed, by MikkTSpace's method.
+//! `formats::gltf::data` gets at the bytes, `formats::gltf::looks` at materials and textures.
 //! Skins are drawn as they are modelled, and nothing moves.
 
 use std::path::Path;

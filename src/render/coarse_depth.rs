@@ -12,7 +12,9 @@
 //!     |               |               |       be seen
 //! ```
 //!
-//! It is found again from the tile's pixels when as many pixels were tested in the tile as it has:
+//! Long runs of eight neighbouring rows are looked at together: a tile is left out in all of them or in none.
+//!
+//! The bound is found again from the tile's pixels when as many pixels were tested in the tile as it has:
 //! then looking at all of them costs a small part of what was spent there already.
 
 use std::ops::Range;
